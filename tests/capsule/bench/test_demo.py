@@ -14,9 +14,9 @@ from capsule.commands.report import call_workflow
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
+from capsule.interface.archive import read_recording
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.recordings.recording import read_recording
 from support.command import parsers
 from support.learned import taught_by, write_learned, write_templates
 
@@ -61,18 +61,13 @@ def play(folder):
     demo_command.demo(parsers()["demo"].parse_args(words))
 
 
-def read(path):
-    with path.open("rb") as stream:
-        return read_recording(stream, 4)
-
-
 # Kills: verdicts that are lost with a learning that Ctrl-C has ended with the run.
 @pytest.mark.parametrize("learning", [0, 130])
 def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd, learning):
     folder, former = tmp_path / "demo", signal.getsignal(signal.SIGINT)
     workflow.learning = learning
     play(folder)
-    recording = read(folder / "raw/unlabelled/simulated-2.csv")
+    recording = read_recording(folder / "raw/unlabelled/simulated-2.csv", 4)
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     np.testing.assert_array_equal(recording.values, run.counts)
     assert recording.header["source"] == "simulated phantom, played by the demo"
@@ -105,7 +100,7 @@ def test_a_run_is_recorded_for_a_duration_checked_and_judged(
     words = f"{names} {detect} --duration 53 {where}".split()
     run = demo_command.PlayedRun(counts, PHANTOM, 2, 100.0)
     path = recorder.record(parsers()["record"].parse_args(words), run)
-    recording = read(path)
+    recording = read_recording(path, 4)
     np.testing.assert_array_equal(recording.values, counts[:, :530])
     assert path.parent.name == "3mm"
     expected = {"session": "monday", "site": "A", "setup": "gut-2", "simulator_seed": "2"}
@@ -122,7 +117,7 @@ def test_each_demo_plays_another_run_beside_those_before(tmp_path):
     demo_command.prepare(folder, PHANTOM, 4)
     before = {path: path.stat().st_mtime_ns for path in folder.glob("raw/*mm/*.csv")}
     assert len(before) == sum(demo_command.LABELLED.values())
-    assert all("simulated" in read(path).header["source"] for path in before)
+    assert all("simulated" in read_recording(path, 4).header["source"] for path in before)
     for name in ("raw/unlabelled/simulated-2.csv", "played/unlabelled/simulated-3.csv.part"):
         (folder / name).parent.mkdir(parents=True)
         (folder / name).touch()

@@ -13,7 +13,8 @@ import pytest
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.recorder import head_of
-from capsule.recordings.recording import format_header, format_sample, read_recording
+from capsule.interface.archive import read_recording
+from capsule.recordings.recording import format_header, format_sample
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
 
@@ -31,11 +32,6 @@ def part_of(final, count, **options):
     return part
 
 
-def recording_in(path):
-    with path.open("rb") as stream:
-        return read_recording(stream, 4)
-
-
 def refuse(*names):
     raise OSError(errno.EPERM, "no links here")
 
@@ -50,7 +46,7 @@ def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch
     with pytest.raises(NameExistsError, match="unfinished"):
         part_of(final, 0)
     assert part.finish() == final
-    recording = recording_in(final)
+    recording = read_recording(final, 4)
     assert (recording.time_s.size, recording.header["source"]) == (10, "the tests")
     assert list(final.parent.iterdir()) == [final]
     with pytest.raises(NameExistsError, match="never overwrites"):
@@ -71,7 +67,7 @@ def test_an_entry_is_amended_in_its_place_at_any_moment(final):
         part.add(format_sample(number / 10, (number, 2, 3, 4)))
         part.flush()
         part.amend(head_of(HEADER | {"wave_until_s": until}, 4))
-        assert recording_in(part.path).header["wave_until_s"] == until
+        assert read_recording(part.path, 4).header["wave_until_s"] == until
     with pytest.raises(ValueError, match="length of the former first lines"):
         part.amend(head_of(HEADER | {"source": "another"}, 4))
     part.finish()
@@ -141,23 +137,12 @@ def test_what_was_lost_is_written_anew_and_nothing_overwritten(
     part.flush()
     part.path.unlink()  # just before the end
     assert part.finish() == expected
-    assert recording_in(expected).values[0].tolist() == [0, 1, 2, 3]
+    assert read_recording(expected, 4).values[0].tolist() == [0, 1, 2, 3]
     text, again = told
     assert f"all samples so far were copied to {expected}.part, and go on there" in text
     assert again.startswith(f"warning: {expected}.part was deleted")
     for name, end in kept.items():
         assert (tmp_path / name).read_text().endswith(end)
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full to stand for a full disk")
-def test_a_log_whose_disk_is_full_is_told_once_and_holds_nothing_up():
-    told = []
-    log = growing_file.FrameLog(Path("/dev/full"), told.append)
-    log.note("one")
-    log.note("two")
-    log.close()
-    (text,) = told
-    assert "continues without its log /dev/full: No space left" in text
 
 
 # Kills: a replay that loses what the disk had lost, or keeps the lines of a judgement cut off.

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from capsule.bench import bench_errors, growing_file
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, LineLostError
 from capsule.bench.protocol import encode
-from capsule.recordings.recording import read_recording
+from capsule.interface.archive import read_recording
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
 
 
@@ -34,11 +34,6 @@ def bench(tmp_path, monkeypatch):
 
 def read_together(first, last):
     return b"".join(map(sample_frame, range(first, last)))
-
-
-def header_of(bench):
-    with bench.path.open("rb") as stream:
-        return read_recording(stream, 4).header
 
 
 FALSE_FRAME = sample_frame(999, 20_000, 200)
@@ -119,7 +114,7 @@ def test_a_recording_ends_with_its_duration_or_its_end_stop(bench, script, kept,
 def test_a_recording_started_with_its_first_sample(bench):
     # Read together, 9 s after the first one was taken.
     bench.run([(30.0, sample_frame(0)), (39.0, b"".join(map(sample_frame, range(1, 91))))])
-    started = datetime.fromisoformat(header_of(bench)["started"])
+    started = datetime.fromisoformat(read_recording(bench.path, 4).header["started"])
     assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
 
 
@@ -218,7 +213,7 @@ def test_a_wave_that_stops_ends_the_evidence_and_not_the_recording(bench):
 
     drive = bench.recorder.drive = SimpleNamespace(**WAVE | {"serve": serve, "start": str})
     bench.run(samples(0, 30))
-    assert header_of(bench)["wave_until_s"] == "2.0"
+    assert read_recording(bench.path, 4).header["wave_until_s"] == "2.0"
     assert bench.told.count("warning: no wave runs") == 1
     assert bench.recorder.state.faults == ["no wave runs"]
     assert bench.numbers() == list(range(30))

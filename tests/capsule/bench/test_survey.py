@@ -2,7 +2,6 @@
 
 import csv
 import errno
-import io
 import json
 import os
 from dataclasses import replace
@@ -17,8 +16,8 @@ from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.protocol import Identity
 from capsule.bench.survey_folder import SessionFolder, check_new, read_about
 from capsule.engine.configuration import read_settings
+from capsule.interface.archive import read_recording
 from capsule.phantom.simulated_bench import SimulatedBench, nodules_of
-from capsule.recordings.recording import read_recording
 from capsule.survey.files import parse_session
 from support.bench.scripted import ENTRIES
 from support.command import parsers
@@ -93,7 +92,7 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
     assert [float(place["place_mm"]) for place in places[1:]] == pytest.approx(nodules_mm, abs=5)
     seen = set()
     for name in " ".join(place["recordings"] for place in places).split():
-        recording = read_recording(io.BytesIO((whole / name).read_bytes()), 4)
+        recording = read_recording(whole / name, 4)
         assert recording.header["site"] == f"whole/{name[11:19]}"
         assert recording.header["source"] == "simulated survey"
         copy = whole.parent / "raw" / "unlabelled" / f"whole-{name.rpartition('/')[2]}"
@@ -140,8 +139,7 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
     again, before = (table(each / "places.csv") for each in (folder, whole))
     for name in ("place", "status", "place_mm", "recordings"):
         assert [row[name] for row in again] == [row[name] for row in before]
-    with (folder / "recordings/place-01-pass-1.csv").open("rb") as stream:
-        first = read_recording(stream, 4)
+    first = read_recording(folder / "recordings/place-01-pass-1.csv", 4)
     # The pass began so long after the survey.
     passed_s = next(event["time_s"] for event in events_of(whole) if event["event"] == "passed")
     after_s = datetime.fromisoformat(first.header["started"]) - datetime.fromisoformat(BEGUN)

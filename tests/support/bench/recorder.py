@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from capsule.recordings.recording import Recording, read_recording
+from capsule.interface.archive import read_recording
+from capsule.recordings.recording import Recording
 from support.command import CAPSULE
 
 
@@ -29,8 +30,7 @@ class Recorder:
     def recording(self) -> Recording:
         """Return the only recording in the archive."""
         (path,) = self.raw.rglob("*.csv")
-        with path.open("rb") as stream:
-            return read_recording(stream, 4)
+        return read_recording(path, 4)
 
     def parts(self) -> list[Path]:
         """Return the paths of the unfinished recordings."""
