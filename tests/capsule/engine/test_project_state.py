@@ -35,10 +35,13 @@ def clone(tmp_path):
     return folder
 
 
-def test_a_clone_tells_version_commit_and_whether_its_files_are_changed(clone, monkeypatch):
+def test_a_clone_and_its_archive_tell_version_commit_and_changed_files(clone, monkeypatch):
     state = ProjectState("1.2.3", git(clone, "rev-parse", "HEAD"), False)
     (clone / "r01.csv").write_text("0,1\n", encoding="utf-8")
     assert read_project_state(clone) == state, "a new recording changes no file of the project"
+    git(clone, "archive", "--output", clone.parent / "archive.zip", "HEAD")
+    shutil.unpack_archive(clone.parent / "archive.zip", clone.parent / "unpacked")
+    assert read_project_state(clone.parent / "unpacked") == state
     (clone / "workflow/code.py").write_text("x = 2\n", encoding="utf-8")
     # Variables of a hook lead nowhere else.
     monkeypatch.setenv("GIT_DIR", str(clone.parent / "elsewhere"))
@@ -51,13 +54,6 @@ def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch):
     for fault in (FileNotFoundError(2, "No such file", "git"), subprocess.TimeoutExpired("", 20)):
         monkeypatch.setattr(subprocess, "run", Mock(side_effect=fault))
         assert read_project_state(clone) == ProjectState("1.2.3", None, False)
-
-
-def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
-    git(clone, "archive", "--output", tmp_path / "archive.zip", "HEAD")
-    shutil.unpack_archive(tmp_path / "archive.zip", tmp_path / "unpacked")
-    made = git(clone, "rev-parse", "HEAD")
-    assert read_project_state(tmp_path / "unpacked") == ProjectState("1.2.3", made, False)
 
 
 def test_the_project_is_named_by_its_version_and_commit():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule.method.sliding import RepeatedParticle, SlidingComparison, fast_length, rmse_at_lag
+from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.seeding import generator
 from support import literal
 
@@ -69,8 +69,3 @@ def test_of_all_lags_the_best_is_found_whatever_the_signs_and_the_columns(pair, 
     # The root doubles the digits that rounding takes from a distance of 0.
     assert rmse == pytest.approx(expected, abs=1e-9 if expected > 1e-6 else 1e-6)
     assert squares[lag - 1] == pytest.approx(squares.min(), abs=1e-9)
-
-
-def test_the_length_of_an_fft_has_small_factors_only():
-    lengths = [fast_length(least) for least in (1, 16, 17, 1001, 1550, 1985, 2000, 2001)]
-    assert lengths == [16, 16, 32, 1024, 1600, 2000, 2000, 2048]

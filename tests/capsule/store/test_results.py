@@ -62,11 +62,6 @@ def test_a_batch_of_a_small_size_lies_within_one_of_a_larger_size(names, one, ot
     assert all(len({batch_of[name] for name in members}) == 1 for members in small.values())
 
 
-@pytest.mark.parametrize("count", [1000, 2000])
-def test_batches_are_filled_by_half_and_more_on_average(count):
-    assert len(batches([f"3mm/r{run:04d}" for run in range(count)], 100)) <= 2 * count / 100
-
-
 def test_a_folder_is_described_whole_until_it_is_large():
     runs = [f"3mm/r{run:03d}" for run in range(store.DESCRIBED_TOGETHER + 1)]
     whole = divide(["0mm/r01", *runs[:-1]], "auto")
