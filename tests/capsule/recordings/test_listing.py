@@ -47,7 +47,7 @@ def test_of_recordings_with_the_same_readings_the_original_counts_whatever_the_o
         assert reason == f"the same content as {copied[name]}{told}"
 
 
-def test_a_row_says_why_and_a_header_moves_no_cell_of_a_table():
+def test_a_row_says_why_a_header_moves_no_cell_and_a_run_that_is_to_fail_lists_the_rejected():
     made = checks({"3mm/r01": "x", "3mm/old_r01": "x"})
     header = dict.fromkeys(("site", "session", "setup", "source"), "a\x1b[31m")
     told = dict.fromkeys(("size_mm", "samples", "duration_s", "sha256", "reason", "no_verdict"))
@@ -55,12 +55,20 @@ def test_a_row_says_why_and_a_header_moves_no_cell_of_a_table():
         check |= told | {"recording": name, "header": header, "marks": []}
     # One is not checked yet, and one is no plain name.
     entries = map(Entry, ("3mm/r01.csv", "3mm/old_r01.csv", "3mm/x.csv", "3mm/x y.csv"))
-    other, first, refused = listing.full_list(classify(entries), made, {}.__getitem__)
-    assert (refused["recording"], refused["size_mm"]) == ("3mm/x y.csv", 3.0)
-    assert refused["reason"].startswith("rename the file")
-    assert (first["recording"], first["status"]) == ("3mm/r01", "accepted")
-    assert (other["status"], other["reason"]) == ("rejected", "the same content as 3mm/r01")
-    assert {first[key] for key in header} == {"a\\x1b[31m"}
+    rows = listing.full_list(classify(entries), made, {}.__getitem__)
+    told = [(row["recording"], row["size_mm"], row["status"]) for row in rows]
+    assert told == [
+        ("3mm/old_r01", None, "rejected"),
+        ("3mm/r01", None, "accepted"),
+        ("3mm/x y.csv", 3.0, "rejected"),
+    ]
+    assert {rows[1][key] for key in header} == {"a\\x1b[31m"}
+    listing.refuse_rejected(rows[1:2])
+    listed = (
+        "  3mm/old_r01: the same content as 3mm/r01\n  3mm/x y.csv: rename the file: .*\nrepair"
+    )
+    with pytest.raises(CapsuleError, match=f"are rejected:\n{listed}"):
+        listing.refuse_rejected(rows)
 
 
 def readings(name):
@@ -174,11 +182,3 @@ def test_recordings_that_share_a_quarter_of_the_shorter_list_are_compared(shared
     run = generator(1, "quarter").normal(size=(2, 300))
     alike = listing.near_copies(marks, lambda name: run)
     assert alike == ({"one": ["other"], "other": ["one"]} if found else {})
-
-
-def test_if_the_run_is_to_fail_each_rejected_recording_is_listed_with_its_reason():
-    good = {"recording": "0mm/r01", "status": "accepted", "reason": ""}
-    listing.refuse_rejected([good])
-    bad = {"recording": "3mm/r02", "status": "rejected", "reason": "the file is empty"}
-    with pytest.raises(CapsuleError, match=r"are rejected:\n  3mm/r02: the file is empty\nrepair"):
-        listing.refuse_rejected([good, bad])
