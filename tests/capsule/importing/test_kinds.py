@@ -250,6 +250,7 @@ READ_RATES = """
 """
 MILLIVOLTS = {
     "words for millivolts": named("P{} (mVolt)"),
+    "millivolts of a multimeter": named("P{} (mVDC)"),
     "comment in millivolts": above("# Units: mV"),
     "two words for one unit": above("# unit: mV\n# Units: millivolts"),
     "unit of each sensor": above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"),

@@ -5,8 +5,8 @@ import re
 # The words for each unit of readings, and of the time.
 _WORDS = {
     "counts": "counts count adc raw lsb digits digit a.u. au adu codes",
-    "V": "v volt volts",
-    "mV": "mv mvolt mvolts millivolt millivolts milli-volt milli-volts",
+    "V": "v volt volts vdc",
+    "mV": "mv mvdc mvolt mvolts millivolt millivolts milli-volt milli-volts",
     "ohm": "ohm ohms ω r",
     "kohm": "kohm kohms kω k kiloohm kiloohms kilo-ohm kilo-ohms",
     "s": "s sec secs second seconds sekunden sek",
