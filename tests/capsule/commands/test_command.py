@@ -50,9 +50,7 @@ def test_the_version_says_where_the_code_is(tmp_path):
         *(([word, "--no-such-option"], f"usage: capsule {word} ") for word in cli.COMMANDS),
     ],
 )
-def test_a_wrong_call_is_answered_with_what_is_right_and_leaves_ctrl_c_as_it_was(
-    words, told, capsys
-):
+def test_a_wrong_call_is_answered_and_leaves_ctrl_c_as_it_was(words, told, capsys):
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(SystemExit) as ended:
         cli.main(words)
@@ -61,9 +59,7 @@ def test_a_wrong_call_is_answered_with_what_is_right_and_leaves_ctrl_c_as_it_was
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_new_folder_holds_settings_raw_and_what_to_do_and_is_made_in_none_with_files(
-    tmp_path, capsys
-):
+def test_a_new_folder_has_settings_and_what_to_do_and_never_files_before(tmp_path, capsys):
     folder = tmp_path / "pig-7"
     run_command("new", folder)
     assert "cd " in capsys.readouterr().out

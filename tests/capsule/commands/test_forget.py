@@ -93,9 +93,7 @@ def test_after_a_kill_the_same_command_goes_on(monkeypatch):
     assert not {name for name in present() if "r07." in name}
 
 
-def test_a_survey_goes_with_its_pictures_and_of_a_link_nothing_but_the_link(
-    tmp_path_factory, capsys
-):
+def test_a_survey_goes_whole_and_of_a_link_nothing_but_the_link(tmp_path_factory, capsys):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
 
     def link(*names):

@@ -153,11 +153,8 @@ def test_each_key_is_asked_for_or_has_a_default_and_each_number_limits_on_both_s
             assert len({"maximum", "exclusiveMaximum"} & part.keys()) == 1
     # A configuration of an earlier version, which lacks the keys with a default.
     earlier = changed("evaluation.held_out", GONE)
-    del (
-        earlier["evaluation"]["groups"],
-        earlier["taught"]["penalty"],
-        earlier["taught"]["size_ridge"],
-    )
+    for section, key in (("evaluation", "groups"), ("taught", "penalty"), ("taught", "size_ridge")):
+        del earlier[section][key]
     assert check(earlier) == changed("evaluation.held_out", [])
 
 

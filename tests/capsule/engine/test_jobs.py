@@ -90,9 +90,7 @@ def put_back(path):
 
 @pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize("change", [lambda path: path.write_text("x\n"), put_back, Path.unlink])
-def test_a_job_whose_code_was_changed_writes_nothing_and_all_others_write(
-    code, change, place, monkeypatch
-):
+def test_a_job_whose_code_was_changed_writes_nothing(code, change, place, monkeypatch):
     code[1].with_name("other.yaml").write_text("x = 1\n")
     files.write_json(Path("before.json"), {})
     change(code[place])

@@ -150,9 +150,7 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
 
 
-def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
-    tmp_path, monkeypatch, capsys
-):
+def test_slurms_jobs_stop_a_run_and_a_silent_slurm_is_told(tmp_path, monkeypatch, capsys):
     name = "7a07c6ef-c924-48fb-9bf6-6c09dcf75936"
     # Only jobs of Snakemake in this folder count.
     answer = (

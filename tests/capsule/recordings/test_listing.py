@@ -115,9 +115,7 @@ QUIET = np.where(np.arange(400) < 150, 0.01, 1.0)
     [(0.1, 1.0, True), (0.15, 1.0, False), (0.08, QUIET, False)],
 )
 @pytest.mark.parametrize("cut", [0, 40])
-def test_two_runs_are_the_same_if_each_sensor_correlates_with_one_of_the_other(
-    noise, scale, same, cut
-):
+def test_runs_are_the_same_if_all_their_sensors_correlate(noise, scale, same, cut):
     numbers = np.random.default_rng(1)
     one = scale * numbers.normal(size=(4, 400))
     other = (one + noise * numbers.normal(size=one.shape))[[2, 0, 3, 1], cut:]
