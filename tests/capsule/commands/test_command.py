@@ -9,8 +9,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from capsule.commands import cli, report
-from capsule.commands.new import PROFILE
+from capsule.commands import cli, new, report
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
@@ -68,7 +67,7 @@ def test_a_new_folder_has_settings_and_what_to_do_and_never_files_before(tmp_pat
     assert (folder / "README.md").read_text(encoding="utf-8").startswith("# pig-7\n")
     assert read_config_file(folder / "config/config.yaml")["evaluation"]["held_out"] == []
     # With the profile, a plain `snakemake` goes on after a kill.
-    assert (folder / PROFILE).read_bytes() == (ROOT / PROFILE).read_bytes()
+    assert (folder / new.PROFILE).read_bytes() == (ROOT / new.PROFILE).read_bytes()
     with pytest.raises(SystemExit) as ended:
         cli.main(["new", str(tmp_path)])
     assert ended.value.code == 1

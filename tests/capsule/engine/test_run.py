@@ -14,10 +14,8 @@ import pytest
 
 from capsule.engine import run
 from capsule.engine.jobs import RUN_LOCK, STATES, hold_run_lock
-from capsule.engine.run import SIGN
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.files import UNFINISHED
 from capsule.store.results import divide
 from capsule.survey.listed import Surveys
 
@@ -52,7 +50,7 @@ def write_lists(*rows, passed_over=()):
 
 
 def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(tmp_path, capsys):
-    left, ahead, past = (RESULTS / name for name in (f".a.123{UNFINISHED}", "ahead", "past"))
+    left, ahead, past = (RESULTS / name for name in (f".a.123{files.UNFINISHED}", "ahead", "past"))
     for path, date_s in ((left, 1e9), (ahead, 4e9), (past, 1e9)):
         path.touch()
         os.utime(path, (date_s, date_s))
@@ -64,8 +62,8 @@ def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(tmp_
     assert abs(ahead.stat().st_mtime - time.time()) < 60
     assert files.read_json(STATES) == states
     # Results that are put back later have another sign.
-    sign = (RUN_LOCK.parent / SIGN).read_text().split()[0]
-    assert sign == (RESULTS / SIGN).read_text().strip()
+    sign = (RUN_LOCK.parent / run.SIGN).read_text().split()[0]
+    assert sign == (RESULTS / run.SIGN).read_text().strip()
     assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
     assert capsys.readouterr().err.splitlines() == without_effect
     with pytest.raises(CapsuleError, match="another run uses this folder"):
@@ -206,7 +204,7 @@ def test_results_that_the_last_run_has_not_left_are_refused(there, made_by, note
     make(*there)
     for folder, sign in ((RESULTS, made_by), (NOTES, noted_by)):
         if sign:
-            (folder / SIGN).write_text(sign)
+            (folder / run.SIGN).write_text(sign)
     with pytest.raises(CapsuleError, match=told) if told else nullcontext():
         run.refuse_unknown_results(RESULTS, NOTES)
 
@@ -215,7 +213,7 @@ def test_results_that_the_last_run_has_not_left_are_refused(there, made_by, note
 def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(monkeypatch, written):
     make(TABLE, NOTE)
     run.sign_results(RESULTS, NOTES)
-    earlier, outcomes = (RESULTS / SIGN).read_text(), iter([None] * written)
+    earlier, outcomes = (RESULTS / run.SIGN).read_text(), iter([None] * written)
 
     def killed(path):
         next(outcomes)
@@ -226,7 +224,7 @@ def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(monkeypa
         run.sign_results(RESULTS, NOTES)
     run.refuse_unknown_results(RESULTS, NOTES)
     run.sign_results(RESULTS, NOTES)
-    (RESULTS / SIGN).write_text(earlier)
+    (RESULTS / run.SIGN).write_text(earlier)
     with pytest.raises(CapsuleError, match=OTHERS):
         run.refuse_unknown_results(RESULTS, NOTES)
 

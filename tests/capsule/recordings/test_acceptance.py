@@ -119,9 +119,7 @@ def test_readings_of_a_clock_that_is_off_stand_at_their_time_and_gaps_stay_as_lo
 
 
 # The last reading of 520 is half a sample away at 0.96e-3.
-@pytest.mark.parametrize(
-    ("drift", "stay"), [(0.0, True), (0.9e-3, True), (-0.9e-3, True), (1.2e-3, False)]
-)
+@pytest.mark.parametrize(("drift", "stay"), [(0.9e-3, True), (-0.9e-3, True), (1.2e-3, False)])
 def test_readings_at_the_configured_rate_stay_to_the_bit_beside_gaps_too(drift, stay):
     whole = make_recording(0, "0mm/r01", samples=SAMPLES)
     time_s = EVEN * (1 + drift) + generator(1, "jitter").normal(0, 0.002, SAMPLES)
