@@ -72,17 +72,6 @@ def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):
     assert header.items() <= recording.header.items(), "simulated stays called simulated"
 
 
-def test_another_rate_is_resampled_and_the_header_says_so(tmp_path):
-    path = write_table(tmp_path / "fast.csv", TIME_S / 4, *COUNTS)
-    recording = import_files(tmp_path, path).the_recording()
-    assert recording.header["import_resampled"] == (
-        "from 40 Hz to 10 Hz, finite impulse response low-pass, -60 dB from 5 Hz on"
-    )
-    assert_readings(recording, TIME_S[:50], recording.values)
-    inside = slice(10, -10)
-    np.testing.assert_allclose(recording.values[:, inside], COUNTS[:, ::4][:, inside], atol=1)
-
-
 def test_what_is_in_the_archive_is_neither_written_again_nor_overwritten(tmp_path, good):
     written = import_files(tmp_path, good).raw / "3mm/monday-1.csv"
     content, copy = written.read_bytes(), tmp_path / "copy of monday.csv"

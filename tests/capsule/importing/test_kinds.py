@@ -6,7 +6,7 @@ of the shipped archive, with a function a kind; those in tests/data/odd hold a r
 
 import re
 from datetime import datetime, timedelta
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 import pandas
@@ -37,15 +37,10 @@ NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
 BARE = lines(*COUNTS, head="S1,S2,S3,S4")
 
 
-def entries(text):
-    """Return what stands between bars, or between the rows of a text."""
-    return [entry.strip() for row in text.strip().splitlines() for entry in row.split(" | ")]
-
-
 def rows(text, case):
-    """Return cases by entry, made of the entry and of the words before the last arrow above."""
+    """Return cases by what stands between bars or rows, and by the words before an arrow above."""
     made, words = {}, ""
-    for each in entries(text):
+    for each in re.split(r"\s+\|\s+|\n\s*", text.strip()):
         before, arrow, entry = each.rpartition("=> ")
         words = before.strip() if arrow else words
         made[entry] = case(entry, words)
@@ -90,10 +85,6 @@ def wrapped(bits, per_second, *, scale=1, low=0):
     return ((ticks - low) % 2**bits + low) / scale
 
 
-def counter(unit, bits, per_second, low):
-    return timed(f"t ({unit})", wrapped(int(bits), float(per_second), low=int(low)))
-
-
 def moments(form, first=NOON):
     """Return what a form makes of the moment of each sample."""
     return [form(first + timedelta(seconds=second)) for second in TIME_S]
@@ -116,9 +107,7 @@ def millis(moment):
 def autumn(back_s=3600):
     """Return local times over the end of summer time, or its begin."""
     first = datetime(2025, 10, 26, 2, 59, 30)
-    back = first + timedelta(seconds=29.95)
-    change = timedelta(seconds=back_s)
-    times = moments(lambda each: millis(each - change * (each >= back)), first)
+    times = [millis(first + timedelta(seconds=s - back_s * (s >= 29.95))) for s in TIME_S]
     return lines(times, *COUNTS, head="date,S1,S2,S3,S4")
 
 
@@ -138,11 +127,9 @@ def lvm(x_columns="One", unit=False, later_s=0.0):
     for name, cells in said.items():
         head += "\t".join([name, ("\t\t" if own else "\t").join(cells), "\r\n"])
     names = ("\tX_Value\t" if own else "\t").join(SENSORS)
-    columns = [[""] * 525 if x_columns == "No" else TIME_S, *VOLTS]
-    if own:
-        columns = [
-            each for n, row in enumerate(VOLTS) for each in (TIME_S + later_s * (n == 1), row)
-        ]
+    pairs = [(TIME_S + later_s * (n == 1), row) for n, row in enumerate(VOLTS)]
+    alone = [[""] * 525 if x_columns == "No" else TIME_S, *VOLTS]
+    columns = [each for pair in pairs for each in pair] if own else alone
     head += f"X_Value\t{names}\tComment\r\n"
     return (head + lines(*columns, head="", sign="\t")).replace(".", ",")
 
@@ -162,9 +149,7 @@ EIGHT = np.loadtxt(ODD / "comma.txt", delimiter=",", skiprows=1).T[1:]
 
 def without(*samples):
     """Return the eight samples with missing samples."""
-    values = EIGHT.copy()
-    values[:, samples] = np.nan
-    return values
+    return np.where(np.isin(np.arange(8), samples), np.nan, EIGHT)
 
 
 FOUR, EIGHT_VOLTS = EIGHT * 4, np.round(EIGHT * 5 / 1024, 4)
@@ -187,11 +172,7 @@ ODD_READ = dict.fromkeys(PLAIN_FILES.split(), ("", EIGHT, "")) | {
     "thousands_and_points": ("--unit counts", FOUR, ""),
     "points_and_commas": ("--unit counts", FOUR, ""),
     "slash_dates": ("--date-order day_first", EIGHT, "12:00:00.0' can name the day first (--date"),
-    "sample_numbers": (
-        "--rate 10",
-        EIGHT,
-        "column 'sample' counts samples; give the sampling rate",
-    ),
+    "sample_numbers": ("--rate 10", EIGHT, "column 'sample' counts samples; give the sampling"),
     "steps_of_one": ("--rate 10 --time-unit sample", EIGHT, "ms) or numbers of samples (--time"),
     "no_time": ("--rate 10", EIGHT, "no column gives the time; name one with --time, or give the"),
     "missing": ("--missing -999", without(3), "column 'S1': readings from -999 to 612 fit no unit"),
@@ -258,15 +239,11 @@ MILLIVOLTS = {
     "row of units": lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
 }
 # As a serial plotter shows it.
-LABELLED = lines(
-    *([f"{n}:{x:g}" for x in row] for n, row in zip(SENSORS, COUNTS, strict=True)),
-    head="",
-    sign=" ",
-)
+LABELS = [[f"{n}:{x:g}" for x in row] for n, row in zip(SENSORS, COUNTS, strict=True)]
+LABELLED = lines(*LABELS, head="", sign=" ")
 # Counters of so many bits in a unit of time, from the lowest value on.
-COUNTERS = """
-    us 32 1e6 0 | us 32 1e6 -2147483648 | ms 31 1e3 0 | ms 16 1e3 0 | ms 16 1e3 -32768 | ms 15 1e3 0
-"""
+COUNTERS = [("us", 32, 1e6, 0), ("us", 32, 1e6, -(2**31)), ("ms", 31, 1e3, 0), ("ms", 16, 1e3, 0)]
+COUNTERS += [("ms", 16, 1e3, -(2**15)), ("ms", 15, 1e3, 0)]
 # Stamps that a terminal writes before each line, and what it writes between.
 STAMPS = {
     "CoolTerm": (millis, " "),
@@ -323,7 +300,12 @@ READ = {
     **rows(READ_NAMED, lambda names, _: good(named(names))),
     **rows(READ_RATES, lambda line, _: good(above(line, BARE))),
     **{kind: good(text, COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
-    **rows(COUNTERS, lambda each, _: good(counter(*each.split()), words="the clock jumps by ")),
+    **{
+        f"{bits} bits from {low} {unit}": good(
+            timed(f"t ({unit})", wrapped(bits, hertz, low=low)), words="the clock jumps by "
+        )
+        for unit, bits, hertz, low in COUNTERS
+    },
     "micros() in seconds": good(MICROS, words="the clock jumps by 4294.967296"),
     "autumn": good(autumn(), words=HOUR),
     "spring": good(autumn(-3600), words=HOUR),
@@ -342,9 +324,7 @@ READ = {
     "first line without its time": good(NO_NAMES[2:], COUNTS[:, 1:], "", FIRST_OVER),
     "first time that lacks digits": good(CUT_TIME, words=FAR_FIRST, time_s=TRUNCATED),
     "a long gap": good(timed("t", PAUSED), words="5 min follows sample 201", time_s=PAUSED),
-    "a stuck sensor": good(
-        timed("t", TIME_S, STUCK), STUCK, words="reject it: sensor_3 reads 7 in"
-    ),
+    "a stuck sensor": good(timed("t", TIME_S, STUCK), STUCK, "", "reject it: sensor_3 reads 7 in"),
     "a mark of missing samples in a comment": good(above(FILL), HELD_FIRST, "", "lack a sensor"),
     "a scaling in a comment": good(above(SCALED), COUNTS, COUNTED, "0.1; that is not applied"),
     "all in quotes": good(lines(*QUOTES, head='"t","a","b","c","d"')),
@@ -431,8 +411,6 @@ TIME_UNITS = """
     0.1 ms, 1e4 => time (0.1 ms) | hundredths, 100 => time_hundredths
     10 us, 1e5 => time_10 us | time in 10 us | t (10 us) | us_x10, 1e5 => time_us_x10
     us)/10, 1e5 => time (us)/10 | filetime, 1e7 => filetime | pts, 90000 => pts
-"""
-TIME_UNITS_ABOVE = """
     cs, 100 => # x-axis unit: cs | # column 1: time [cs] | # {"time_unit": "cs"}
     # first column in cs | 1/256 s, 256 => # time is in 1/256 s
     10 us, 1e5 => # Time base: 10 us | # time in units of 10 us | # 1 tick = 10 us
@@ -483,18 +461,12 @@ THOUSANDFOLD = {
 }
 
 
-def unnamed_unit(name, what):
-    """Return the case of a time in a unit that the import does not know."""
+def unknown_unit(text, what):
+    """Return the case of a time in a unit that the import does not know, by its name or a line."""
     unit, _, per_second = what.rpartition(", ")
-    words = f"column '{name}': the file names the unit {unit!r}"
-    return Case(ticks(name, float(per_second)), words, BY_RATE)
-
-
-def unit_above(line, what):
-    """Return the case of a line that names such a unit."""
-    unit, _, per_second = what.rpartition(", ")
-    table = above(line, ticks("time", float(per_second)))
-    return Case(table, f"{unit}', which is none of", BY_RATE)
+    is_line = text.startswith("#")
+    table = ticks("time" if is_line else text, float(per_second))
+    return Case(above(text, table) if is_line else table, f"{unit}', which is none of", BY_RATE)
 
 
 def quoted(line, _):
@@ -524,10 +496,6 @@ def twice(key):
     return Case(text, f"lines 1 and 4 name two values of {key}, '1' and '4'; delete")
 
 
-def in_name(folder):
-    return write_table(folder / "run_mmHg.csv", TIME_S, *COUNTS)
-
-
 GERMAN_NAMED = grouped(4, german, COUNTED_NAMES)
 RESET = repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4")
 RECORDED = above("# format_version: 1\n# S1: mV")
@@ -541,8 +509,7 @@ ASKED = {
     **rows(QUOTED_NAMES, lambda n, _: Case(named(n), f"says {n.format(1)!r}, and of no", COUNTED)),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
     "unit of some": Case(SOME, "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED),
-    **rows(TIME_UNITS, unnamed_unit),
-    **rows(TIME_UNITS_ABOVE, unit_above),
+    **rows(TIME_UNITS, unknown_unit),
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
     **{f"steps of {step}": stepped(step, per_second) for step, per_second in BARE_TIMES.items()},
@@ -556,7 +523,11 @@ ASKED = {
     "words beside a unit": Case(CONVERTED, "names counts and says 'converted to kPa'", COUNTED),
     "two units": Case(RAW, "names raw and says 'unit: kPa'", COUNTED),
     "unit in a column": Case(UNITS, "names kPa of 'S1'", COUNTED),
-    "unit in the name of a file": Case(in_name, "says 'its name: run mmHg'", COUNTED),
+    "unit in the name of a file": Case(
+        lambda folder: write_table(folder / "run_mmHg.csv", TIME_S, *COUNTS),
+        "says 'its name: run mmHg'",
+        COUNTED,
+    ),
     "unit in a row": Case(lines(TIME_S, *COUNTS, head=MM_HG), "names mmHg of 'P1'", COUNTED),
     **{f"a clock without colons, {form}": solid(form) for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")},
     "ticks since 1601": Case(TICKS_1601, "1e+06 is a rate between", "--rate 10 --time none"),
@@ -611,46 +582,32 @@ def test_nothing_is_named_in_the_recordings_of_the_archive():
         assert not lone_runs(values) and not is_far(values).all(), path
 
 
-def sensors_apart(folder, line, ending="csv"):
-    """Write a file for each sensor, each begun 2 s later, with a line above that tells so."""
-    files = [folder / f"{n}.{ending}" for n in range(4)]
-    for n, (path, row) in enumerate(zip(files, COUNTS, strict=True)):
-        head = line.format(NOON + timedelta(seconds=2 * n)) + "time_s,reading"
-        path.write_text(lines(TIME_S[:465], row[20 * n :][:465], head=head))
-    return files
-
-
-STARTED = "# started: {0:%Y-%m-%dT%H:%M:%S}Z\n"
+STARTED, NO_DATE = "# started: {0:%Y-%m-%dT%H:%M:%S}Z\n", "which is no date such as"
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("heads", "told"),
     [
-        (STARTED, ""),
-        ("# Start Time: {0:%Y-%m-%d %H:%M:%S}\n", ""),
-        ("# t0 = {0:%S} s\n", ""),
-        ("# Date: {0:%Y-%m-%d}\n# Time: {0:%H:%M:%S}\n", "'Date: 2024-05-06; Time: 12:00:00'"),
-        ("# started: {0:%d.%m.%Y %H:%M:%S}\n", "'06.05.2024 12:00:00', which is no date such as"),
-        ("# delay: {0:%S} s\n", "'delay: 00 s', which is no date such as"),
-        ("# recording started at {0:%H:%M:%S}\n", "'recording started at 12:00:00', which"),
+        ([STARTED], ""),
+        (["# Start Time: {0:%Y-%m-%d %H:%M:%S}\n"], ""),
+        (["# t0 = {0:%S} s\n"], ""),
+        (["# Date: {0:%Y-%m-%d}\n# Time: {0:%H:%M:%S}\n"], "'Date: 2024-05-06; Time: 12:00:00'"),
+        (["# started: {0:%d.%m.%Y %H:%M:%S}\n"], f"'06.05.2024 12:00:00', {NO_DATE}"),
+        (["# delay: {0:%S} s\n"], f"'delay: 00 s', {NO_DATE}"),
+        (["# recording started at {0:%H:%M:%S}\n"], "'recording started at 12:00:00', which"),
+        ([STARTED, "", STARTED, STARTED], "'2024-05-06T12:00:00Z', but sensor 2 names none"),
+        ([""], "note: no file says when it began, so all are taken to begin at the same"),
     ],
 )
-def test_the_start_of_each_sensor_is_read_or_quoted(tmp_path, line, told):
-    files = sensors_apart(tmp_path, line)
+def test_the_start_of_each_sensor_is_read_or_quoted(tmp_path, heads, told):
+    files = [tmp_path / f"{n}.csv" for n in range(4)]
+    for n, (path, head) in enumerate(zip(files, cycle(heads))):
+        head = head.format(NOON + timedelta(seconds=2 * n)) + "time_s,reading"
+        path.write_text(lines(TIME_S[:465], COUNTS[n, 20 * n :][:465], head=head))
     imported = import_files(tmp_path, *files, "--per-sensor", "--name", "r")
-    if told:
-        assert f"sensor 1 names its start, {told}" in imported.refused
-    else:
+    if not told:
         np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 60:465])
-
-
-def test_sensors_of_which_none_or_one_does_not_say_when_it_started(tmp_path):
-    bare, files = sensors_apart(tmp_path, "", "txt"), sensors_apart(tmp_path, STARTED)
-    given = ["--per-sensor", "--name", "r"]
-    shown = import_files(tmp_path / "bare", *bare, *given).shown
-    assert "note: no file says when it began, so all are taken to begin at the same" in shown
-    refused = import_files(tmp_path, files[0], bare[1], *files[2:], *given).refused
-    assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
+    assert told in imported.refused.partition("sensor 1 names its start, ")[2] + imported.shown
 
 
 def test_many_files_are_one_table_and_each_note_is_told_once(tmp_path):
