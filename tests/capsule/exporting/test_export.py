@@ -22,18 +22,8 @@ from capsule.evaluation.columns import COLUMNS
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
 from capsule.recordings import listing
+from capsule.store import results as stored
 from capsule.store.files import read_csv, write_csv, write_json
-from capsule.store.results import (
-    BATCH_COLUMNS,
-    CHECKS,
-    FITS,
-    MATRICES,
-    SIGNALS,
-    batches,
-    pattern,
-    write_arrays,
-    write_contents,
-)
 from support.command import run_command
 from support.project import ROOT
 from support.stored import rows_of
@@ -75,37 +65,37 @@ def make_results(results, most=1):
     Up to so many recordings stand in one batch.
     """
     generator = np.random.default_rng(1)
-    made = {SIGNALS: {}, MATRICES: {}, CHECKS: {}, FITS: {}}
+    made = {stored.SIGNALS: {}, stored.MATRICES: {}, stored.CHECKS: {}, stored.FITS: {}}
     parameters = {name: generator.random(length).tolist() for name, length in PARAMETERS.items()}
     rows = []
     for name, (samples, header) in RECORDINGS.items():
         values = generator.integers(0, 1023, (4, samples)).astype(float)
         values[1, 3] = np.nan
-        made[SIGNALS][name] = values if "adc_bits" in header else values / 1000
-        made[MATRICES][name] = generator.random((4, LENGTH)) * AWKWARD[0]
+        made[stored.SIGNALS][name] = values if "adc_bits" in header else values / 1000
+        made[stored.MATRICES][name] = generator.random((4, LENGTH)) * AWKWARD[0]
         size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
-        made[CHECKS][name] = {"recording": name, "header": header, "status": "accepted"}
+        made[stored.CHECKS][name] = {"recording": name, "header": header, "status": "accepted"}
         row = {"recording": name, "size_mm": size, "samples": samples, "status": "accepted"}
         row |= {"duration_s": (samples - 1) / 10, "sha256": f"{samples:064x}", "site": "007"}
         rows.append(row | {"source": header.get("source", "")})
         if size:
             fit = {"recording": name, "size_mm": size, "seed": 1, "first_peak": 5, "lag": 7}
-            made[FITS][name] = fit | {"rmse": AWKWARD[1], "parameters": parameters}
-    readings, matrices = dict(made[SIGNALS]), dict(made[MATRICES])
+            made[stored.FITS][name] = fit | {"rmse": AWKWARD[1], "parameters": parameters}
+    readings, matrices = dict(made[stored.SIGNALS]), dict(made[stored.MATRICES])
     rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
     rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
-    made[SIGNALS][REJECTED] = np.full((4, LENGTH), np.nan)
-    made[CHECKS][REJECTED] = rejected | {"header": {"source": FORMULA}}
+    made[stored.SIGNALS][REJECTED] = np.full((4, LENGTH), np.nan)
+    made[stored.CHECKS][REJECTED] = rejected | {"header": {"source": FORMULA}}
     for kind, of_kind in made.items():
-        for batch, names in batches(sorted(of_kind), most).items():
-            path = results / pattern(kind, alone=most == 1).format(batch=batch)
+        for batch, names in stored.batches(sorted(of_kind), most).items():
+            path = results / stored.pattern(kind, alone=most == 1).format(batch=batch)
             contents = {name: of_kind[name] for name in names}
-            if kind in (SIGNALS, MATRICES):
-                write_arrays(path, contents)
+            if kind in (stored.SIGNALS, stored.MATRICES):
+                stored.write_arrays(path, contents)
             else:
-                write_contents(path, contents, batch)
+                stored.write_contents(path, contents, batch)
     named, columns = rows_of([row["recording"] for row in rows], most), listing.COLUMNS
-    unknown = dict.fromkeys([*columns, *BATCH_COLUMNS])
+    unknown = dict.fromkeys([*columns, *stored.BATCH_COLUMNS])
     rows = [unknown | row | named[row["recording"]] for row in rows]
     for name, of_table in {**TABLES, "recordings": rows}.items():
         filled = [row for row in of_table if isinstance(row, dict)]
@@ -412,8 +402,8 @@ def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_
         write_learned(results / "detectors.json", {}, made_with, results / "templates.npz")
         call = ["export", "--format=parquet", "--what=fits", "--force", "--config", CONFIG]
         run_command(*call, "--results", results, "--out", tmp_path)
-        stored = parquet.read_schema(tmp_path / "fits.parquet").metadata[b"provenance"]
-        return capsys.readouterr().out, json.loads(stored)["results_out_of_date"]
+        metadata = parquet.read_schema(tmp_path / "fits.parquet").metadata
+        return capsys.readouterr().out, json.loads(metadata[b"provenance"])["results_out_of_date"]
 
     printed, changed = export(settings["fit"]["seed"])
     assert "warning" not in printed and changed == "no"

@@ -20,22 +20,9 @@ import scipy.io
 import xarray
 from rosbags.rosbag2 import StoragePlugin
 
+from support import lab_files as lab
 from support.importing import Case, assert_readings, import_files
-from support.lab_files import (
-    COUNTS,
-    KILO_OHMS,
-    STARTED,
-    TIME_S,
-    excel_rows,
-    nwb_file,
-    write_bag_1,
-    write_bag_2,
-    write_hdf,
-    write_matlab,
-    write_matlab_73,
-    write_tdms,
-    write_workbook,
-)
+from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, nwb_file
 from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
 
@@ -68,9 +55,9 @@ def of_parts(write, name):
     return lambda **content: saved(write, name, content)
 
 
-hdf, tdms = named("run.h5")(write_hdf), named("run.tdms")(write_tdms)
-matlab, matlab_73 = of_parts(write_matlab, "run.mat"), of_parts(write_matlab_73, "run.mat")
-sheets = of_parts(write_workbook, "lab.xlsx")
+hdf, tdms = named("run.h5")(lab.write_hdf), named("run.tdms")(lab.write_tdms)
+matlab, matlab_73 = of_parts(lab.write_matlab, "run.mat"), of_parts(lab.write_matlab_73, "run.mat")
+sheets = of_parts(lab.write_workbook, "lab.xlsx")
 
 
 @named("run.nc")
@@ -168,7 +155,7 @@ def cells_73(folder):
 @named("lab.xlsx")
 def understated(path):
     """Write a sheet that states fewer rows than it has."""
-    write_workbook(path, {"Run 1": S_AND_KOHM})
+    lab.write_workbook(path, {"Run 1": S_AND_KOHM})
     with zipfile.ZipFile(path) as whole:
         parts = {name: whole.read(name) for name in whole.namelist()}
     sheet = "xl/worksheets/sheet1.xml"
@@ -255,7 +242,7 @@ NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
 JITTER = 5000 + TIME_S + np.tile([0, 0.11, 0], 175)
 NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
-BAG_2 = partial(saved, write_bag_2, "run")
+BAG_2 = partial(saved, lab.write_bag_2, "run")
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
 IN_ZONE = "2026-03-04T13:00:00+0100"
@@ -291,7 +278,7 @@ SAID = {
     **{
         f"a bag of {name}": read(write, started=AT_NOON, import_variable="/capsule")
         for name, write in (
-            ("ROS 1", saved(write_bag_1, "run.bag")),
+            ("ROS 1", saved(lab.write_bag_1, "run.bag")),
             ("ROS 2, SQLite", BAG_2(plugin=StoragePlugin.SQLITE3)),
             ("ROS 2, MCAP", BAG_2(plugin=StoragePlugin.MCAP)),
         )
@@ -350,7 +337,7 @@ def test_what_a_file_says_counts(tmp_path, kind):
 def outside(path, kind):
     """Write a data set whose samples lie in another file."""
     other = str(path.with_name("other.h5"))
-    write_hdf(other, {"V": COUNTS.T})
+    lab.write_hdf(other, {"V": COUNTS.T})
     layout = h5py.VirtualLayout(COUNTS.T.shape, "f8")
     layout[...] = h5py.VirtualSource(other, "V", COUNTS.T.shape)
     with h5py.File(path, "w") as file:
@@ -376,7 +363,7 @@ def linked_nwb(path):
 @named("bag")
 def linked_bag(path):
     """Write a folder that links to the files of a bag."""
-    write_bag_2(path.with_name("run"), StoragePlugin.MCAP)
+    lab.write_bag_2(path.with_name("run"), StoragePlugin.MCAP)
     shutil.copytree(path.with_name("run"), path, copy_function=os.symlink)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.engine.configuration import BENCH
 from capsule.errors import CapsuleError
 from capsule.importing import command
-from capsule.recordings.acceptance import check_recording, readings_of
-from capsule.recordings.recording import Recording, format_recording, read_recording
+from capsule.recordings.acceptance import check_recording
+from capsule.recordings.recording import Recording, format_recording
 from support.command import run_command
 from support.importing import ODD, assert_readings, import_files, lines, write_table
 from support.lab_files import write_hdf
@@ -247,22 +246,6 @@ def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, factor, unit, words,
     given = write_table(tmp_path / "a.csv", TIME_S, *COUNTS * factor), "--unit", unit
     assert words in import_files(tmp_path, *given).shown
     assert words not in import_files(tmp_path / "again", *given, *remedy.split()).shown
-
-
-def test_the_workflow_reads_imported_resistances_as_the_counts_that_they_were(tmp_path):
-    with (ROOT / "raw/3mm/r07.csv").open("rb") as stream:
-        original = read_recording(stream, 4)
-    kilo_ohms = 12 * original.values / (1024 - original.values)
-    head = "Zeit [ms];R1 [kΩ];R2 [kΩ];R3 [kΩ];R4 [kΩ]"
-    text = lines(1000 * original.time_s, *kilo_ohms, head=head, sign=";").replace(".", ",")
-    (tmp_path / "monday.csv").write_text(text, encoding="utf-8")
-    given = tmp_path / "monday.csv", "--series-ohm", "12000"
-    imported = import_files(tmp_path, *given).the_recording()
-    settings = SETTINGS | {"diagonal": {key: SETTINGS["diagonal"][key] for key in BENCH}}
-    expected, _ = readings_of(original, settings)
-    values, no_verdict = readings_of(imported, settings)
-    np.testing.assert_allclose(values, expected, atol=1e-3)
-    assert no_verdict == ""
 
 
 def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
