@@ -202,7 +202,6 @@ NOON = datetime(2026, 3, 4, 12)
 NOON_SHARP = {"wf_start_time": np.datetime64(NOON), "wf_start_offset": 0.0}
 AT_NOON, LATE = "2026-03-04T12:00:00Z", "2026-03-04T12:01:40Z"
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
-SECONDS = [2.0 * n for n in range(4)]
 RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
 STARTS = RATES_OF_ALL | {(name, "start"): f"{NINE + 2 * at}Z" for at, name in enumerate(LATER)}
 CLOCKS = RATES_OF_ALL | {(name, "start_ms"): 2000 * at for at, name in enumerate(LATER)}
@@ -240,15 +239,13 @@ DAYS = [timedelta(seconds=86_390 + t) for t in TIME_S]
 PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
-JITTER = 5000 + TIME_S + np.tile([0, 0.11, 0], 175)
 NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
 BAG_2 = partial(saved, lab.write_bag_2, "run")
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
 IN_ZONE = "2026-03-04T13:00:00+0100"
-NO_DATES = "March 4, 2026", "9999-12-31T23:59:59-23:00", "soon"
 STARTS_TDMS = {"wf_start_time": [*(NINE + np.arange(4))], "wf_start_offset": [0.0, 1, 2, 3]}
-OFFSET = APART | {"wf_start_offset": SECONDS}
+OFFSET = APART | {"wf_start_offset": [2.0 * n for n in range(4)]}
 OWN_HDF = {f"run/{name}": array for name, array in OWN.items()}
 
 SAID = {
@@ -294,7 +291,7 @@ SAID = {
             words=f"the file says that it began {began!r}, which is no date",
             started=None,
         )
-        for began in NO_DATES
+        for began in ("March 4, 2026", "9999-12-31T23:59:59-23:00", "soon")
     },
     "a start with a zone": read(xdf((TIME_S, ALL), started=IN_ZONE), started=AT_NOON),
     "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
@@ -321,7 +318,7 @@ SAID = {
     "a sample short": read(tdms(SHORT, **APART), SHORT_READ),
     "a sample short of its time": read(tdms(TIMED_SHORT, unit_string=OF_EACH), SHORT_READ),
     "a gap in XDF": read(xdf((5000 + GAP_S, ALL)), GAP),
-    "jitter in XDF": read(xdf((JITTER, ALL))),
+    "jitter in XDF": read(xdf((5000 + TIME_S + np.tile([0, 0.11, 0], 175), ALL))),
     "two streams": read(STREAMS, (TIME_S[:485], [*COUNTS[:2, 40:], *COUNTS[2:, :485]])),
     "more than a day": read(workbook(DAYS, number_format="[h]:mm:ss.0")),
     "minutes and seconds": read(workbook(PARTS, number_format="mm:ss.0")),
@@ -403,10 +400,9 @@ UNITS = {
     "a letter beside names": (workbook(G1="N"), "names N of"),
     "a letter beside samples": (workbook(H5="N"), "names N of"),
 }
-EACH_SCALE = np.array([0.01, 0.01, 0.01, 0.02])
 SCALES = {
     "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
-    "of each sensor": (timed(scale=EACH_SCALE), "'scale: 0.01, 0.02'"),
+    "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
     "of a data set": (attributed("V", "scale", 0.01), "'scale: 0.01'"),
     "of a compound": (hdf({"run": FIELDS}, {("run", "scale"): 0.01}), "'scale: 0.01'"),
     "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "'scale: 0.01'"),
@@ -438,7 +434,6 @@ RATES = {
     ),
 }
 DELAYED = hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enumerate(SENSORS)})
-CONTRARY = STARTS | {(name, "start_ms"): 1000 * at for at, name in enumerate(LATER)}
 IN_CS = BOTH | {"t": TIME_S * 100}
 CLOCKED = attributed("t", "clock", "250 kHz", t=TIME_S * 250_000)
 CHUNKS = 5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4
@@ -450,7 +445,6 @@ SOME_STARTS = tdms(LATER, wf_start_time=[NINE, None, NINE, NINE], **APART)
 LENGTHS = tdms({**SENSORS, "S4": COUNTS[3][::2]}, unit_string="counts", wf_start_offset=0.0)
 LABCHART = matlab(data=COUNTS.ravel(), datastart=525 * np.arange(4) + 1, dataend=525)
 OBJECTS = saved(np.save, "run.npy", np.array([{}], dtype=object))
-IMAGE = saved(np.save, "run.npy", np.zeros((300, 400)))
 OUTSIDE, RATED_COUNTS = "the file names samples outside of it, in ", f"--rate 10 {COUNTED}"
 # What a file says that is not understood, or contradicts itself.
 ASKED = {
@@ -473,7 +467,7 @@ ASKED = {
     "a time's unit beside": Case(matlab(**IN_CS, time_unit="cs"), "the unit 'cs'", BY_RATE),
     "another name of a start": Case(DELAYED, "sensor 1 names its start, 'delay: 0.0', which is no"),
     "a start by date and clock": Case(
-        hdf(LATER, CONTRARY),
+        hdf(LATER, STARTS | {(name, "start_ms"): 1000 * at for at, name in enumerate(LATER)}),
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
     ),
     "stamps of chunks": Case(
@@ -493,7 +487,7 @@ ASKED = {
     "a linked series": Case(linked_nwb(), OUTSIDE),
     "samples outside of a bag": Case(linked_bag(), "outside of this folder; copy it into it"),
     "an array of objects": Case(OBJECTS, "file cannot be read"),
-    "an image": Case(IMAGE, "file holds no table"),
+    "an image": Case(saved(np.save, "run.npy", np.zeros((300, 400))), "file holds no table"),
 }
 
 

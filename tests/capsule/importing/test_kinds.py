@@ -34,7 +34,6 @@ POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit co
 V, GAP, RISING = "--unit V", "--run-gap-s 5", "--sensors 1 2 3 4 --rate 10 --unit counts"
 PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
-BARE = lines(*COUNTS, head="S1,S2,S3,S4")
 
 
 def rows(text, case):
@@ -298,7 +297,7 @@ FAR_NUMBER = f"{NO_TIME[2]}, 497, 532, 540, is passed over: {NO_TIME[2]} is far 
 READ = {
     **rows(READ_ABOVE, lambda line, _: good(above(line))),
     **rows(READ_NAMED, lambda names, _: good(named(names))),
-    **rows(READ_RATES, lambda line, _: good(above(line, BARE))),
+    **rows(READ_RATES, lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
     **{kind: good(text, COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
     **{
         f"{bits} bits from {low} {unit}": good(
@@ -374,7 +373,6 @@ def repeated(*columns, head):
 
 
 FIRST, REST = slice(300), slice(300, None)
-RESTARTED = np.concatenate([TIME_S[:300], TIME_S[:225]])
 # Lines above a table, behind the unit that the refusal names.
 UNITS_ABOVE = """
     kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
@@ -433,11 +431,10 @@ OTHER_RATES = """
 # Times without a unit, by what their step is in s.
 BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7}
 BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768, "0.02": 50}
-SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 MICRO_MILLI = above("# time unit: ms", ticks("time_us", 1e5))
-TICKS_1601 = timed("timestamp", SINCE_1601)
+TICKS_1601 = timed("timestamp", [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S])
 ALL_POINTS = grouped(4, german, times=german)
 BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
 RAW = above("# unit: kPa", named("S{}_raw"))
@@ -452,7 +449,6 @@ STAMPS_ALONE = "".join(f"12:34:{second} -> \n" for second in range(10, 60))
 BROKEN = f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}"
 TWO_CLOCKS = lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d")
 MM_HG = "time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"
-COUNTED_NAMES = "S1 (counts);S2 (counts);S3 (counts);S4 (counts)"
 # What is said to German counts with a point, by the options before.
 THOUSANDFOLD = {
     COUNTED: "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
@@ -496,8 +492,8 @@ def twice(key):
     return Case(text, f"lines 1 and 4 name two values of {key}, '1' and '4'; delete")
 
 
-GERMAN_NAMED = grouped(4, german, COUNTED_NAMES)
-RESET = repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4")
+GERMAN_NAMED = grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)")
+RESET = repeated(np.concatenate([TIME_S[:300], TIME_S[:225]]), *COUNTS, head="time_s,S1,S2,S3,S4")
 RECORDED = above("# format_version: 1\n# S1: mV")
 SOME = named("S1 (V),S2,S3 (V),S4")
 ASKED = {
