@@ -146,6 +146,9 @@ class Case(NamedTuple):
             np.testing.assert_allclose(joined, ratio * COUNTS, rtol=1e-5)
             return
         recording = imported.the_recording()
+        # What the judgement of a unit lacks is told until it is given.
+        for key in {"vref_v", "adc_bits"} & recording.header.keys():
+            assert f"use --{key.replace('_', '-')}" not in imported.shown
         samples = recording.time_s.size
         np.testing.assert_allclose(recording.time_s, self.time_s[:samples], atol=atol)
         np.testing.assert_allclose(recording.values, self.values, rtol=1e-9, atol=1e-6)

@@ -13,7 +13,6 @@ import yaml
 from capsule.errors import CapsuleError
 from capsule.importing import command
 from capsule.recordings.acceptance import check_recording
-from capsule.recordings.recording import Recording, format_recording
 from support.command import run_command
 from support.importing import ODD, assert_readings, import_files, lines, write_table
 from support.lab_files import write_hdf
@@ -60,15 +59,6 @@ def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
     told |= {"import_time": "s, a step of 0.1 s is 10 Hz"}
     assert told.items() <= header.items() and "import_resampled" not in header
     assert header["import_unit"].startswith("counts, whole numbers up to 540")
-
-
-def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):
-    header = {"source": "simulated phantom", "simulator_seed": "7", "adc_bits": "10"}
-    path = tmp_path / "r01.csv"
-    path.write_bytes(format_recording(Recording(TIME_S, COUNTS, header)))
-    recording = import_files(tmp_path, path).the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-    assert header.items() <= recording.header.items(), "simulated stays called simulated"
 
 
 def test_what_is_in_the_archive_is_neither_written_again_nor_overwritten(tmp_path, good):
@@ -233,19 +223,6 @@ def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
         more = ["--time", "none", "--sensors", "2"] if option == "--delimiter" else []
         recording = import_files(tmp_path / option, *given, option, "comma", *more).the_recording()
         np.testing.assert_array_equal(recording.values[:, 0], first)
-
-
-@pytest.mark.parametrize(
-    ("factor", "unit", "words", "remedy"),
-    [
-        (5 / 1024, "V", "volts are judged as they are; use --vref-v", "--vref-v 5"),
-        (4, "counts", "diagonal.full_scale is 1024; use --adc-bits", "--adc-bits 12"),
-    ],
-)
-def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, factor, unit, words, remedy):
-    given = write_table(tmp_path / "a.csv", TIME_S, *COUNTS * factor), "--unit", unit
-    assert words in import_files(tmp_path, *given).shown
-    assert words not in import_files(tmp_path / "again", *given, *remedy.split()).shown
 
 
 def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):

@@ -13,7 +13,7 @@ import pandas
 import pytest
 
 from capsule.importing.table import is_far, lone_runs
-from capsule.recordings.recording import DECISIVE, read_recording
+from capsule.recordings.recording import DECISIVE, Recording, format_recording, read_recording
 from support.importing import ODD, Case, import_files, lines, write_table
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
@@ -275,6 +275,7 @@ HOUR = "jumps by an hour, as with summer time"
 MICROS = timed("t (s)", wrapped(32, 1e6, scale=1e6))
 PART = timed("time_s", [f"{second + 18.3:.3f}" for second in TIME_S])
 BY_PANDAS, FIVE = pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(), "--time 1 --sensors 2 3 4 5"
+OWN = {"source": "simulated phantom", "simulator_seed": "7", "adc_bits": "10"}
 START = ["start", *[""] * 524]
 BY_24, MARKS = grouped(24, "{:,.0f}".format), " \u00a0\u2009'"
 FIRST_OVER = "line 1, '469,497,532,540', is passed over"
@@ -319,7 +320,13 @@ READ = {
     "numbers of pandas": good(BY_PANDAS, COUNTS, FIVE, "line 1, with 0, 1, 2, 3, is passed over"),
     "a remark behind the first sample": good(lines(TIME_S, *COUNTS, START, head="")),
     "a named remark": good(lines(TIME_S, *COUNTS, START, head="time_s,S1,S2,S3,S4,note")),
-    **{f"{m!r} in thousands": good(BY_24.replace(",", m), 24 * COUNTS, COUNTED) for m in MARKS},
+    **{
+        f"{m!r} in thousands": good(BY_24.replace(",", m), 24 * COUNTS, COUNTED, "use --adc-bits")
+        for m in MARKS
+    },
+    "counts of 16 bits": good(BY_24.replace(",", ""), 24 * COUNTS, f"{COUNTED} --adc-bits 16"),
+    # What is simulated stays called simulated.
+    "a recording": good(format_recording(Recording(TIME_S, COUNTS, OWN)).decode(), header=OWN),
     "first line without its time": good(NO_NAMES[2:], COUNTS[:, 1:], "", FIRST_OVER),
     "first time that lacks digits": good(CUT_TIME, words=FAR_FIRST, time_s=TRUNCATED),
     "a long gap": good(timed("t", PAUSED), words="5 min follows sample 201", time_s=PAUSED),
@@ -332,8 +339,8 @@ READ = {
     **{f"sensors {each}": good(PLAIN, COUNTS[::-1], f"--sensors {each}") for each in BACKWARDS},
     "a broken line at the end of a log": good(CUT_LOG, options=RATED, header=PASSED_OVER),
     "a line of the header that stands twice": good(above(TWICE), header={"session": "monday"}),
-    "LabVIEW": good(lvm(), VOLTS, V),
-    "LabVIEW, no times": good(lvm("No"), VOLTS, V),
+    "LabVIEW": good(lvm(), VOLTS, V, "volts are judged as they are; use --vref-v"),
+    "LabVIEW, no times": good(lvm("No"), VOLTS, f"{V} --vref-v 5"),
     "LabVIEW, a time for each": good(lvm("Multi", unit=True), VOLTS),
     "LabVIEW, the second channel later": good(lvm("Multi", unit=True, later_s=2.0), LATER),
     "LabVIEW, no times, later": good(lvm("No", unit=True, later_s=2.0), LATER),
