@@ -214,10 +214,8 @@ def test_matlab_reads_named_structures(files, exported, made):
         return part
 
     for legal, name in (("x3mm_r07", "3mm/r07"), ("x2_5mm_a_1_1", "2.5mm/a_1")):
-        told = {
-            key: field("recordings", legal, key) for key in ("name", "readings_unit", "time_unit")
-        }
-        assert told == {"name": name, "readings_unit": "counts", "time_unit": "s"}
+        for key, told in {"name": name, "readings_unit": "counts", "time_unit": "s"}.items():
+            assert field("recordings", legal, key) == told
         assert field("recordings", legal, "readings").tobytes() == made[1][name].tobytes()
         assert field("recordings", legal, "matrix").tobytes() == made[2][name].tobytes()
     assert field("recordings", "x3mm_r07", "header", "waveSpeed") == "25"

@@ -241,6 +241,7 @@ NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
 NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
 BAG_2 = partial(saved, lab.write_bag_2, "run")
+FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
 IN_ZONE = "2026-03-04T13:00:00+0100"
@@ -272,14 +273,9 @@ SAID = {
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
     "a stream on the recorder's clock": read(clocked_xdf(), started=AT_NOON),
-    **{
-        f"a bag of {name}": read(write, started=AT_NOON, import_variable="/capsule")
-        for name, write in (
-            ("ROS 1", saved(lab.write_bag_1, "run.bag")),
-            ("ROS 2, SQLite", BAG_2(plugin=StoragePlugin.SQLITE3)),
-            ("ROS 2, MCAP", BAG_2(plugin=StoragePlugin.MCAP)),
-        )
-    },
+    "a bag of ROS 1": read(saved(lab.write_bag_1, "run.bag"), **FROM_BAG),
+    "a bag of ROS 2, SQLite": read(BAG_2(plugin=StoragePlugin.SQLITE3), **FROM_BAG),
+    "a bag of ROS 2, MCAP": read(BAG_2(plugin=StoragePlugin.MCAP), **FROM_BAG),
     "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
     "a compressed text": read(saved(TABLE.to_csv, "a.csv.gz", index=False), import_file="a.csv.gz"),
     "two rates in HDF5": read(hdf({"tactile": COUNTS.T, "video": np.zeros((3150, 1))}, TWO_RATES)),
@@ -470,9 +466,7 @@ ASKED = {
         hdf(LATER, STARTS | {(name, "start_ms"): 1000 * at for at, name in enumerate(LATER)}),
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
     ),
-    "stamps of chunks": Case(
-        xdf((CHUNKS, ALL)), "but the file states nominal_srate", "--time none"
-    ),
+    "stamps of chunks": Case(xdf((CHUNKS, ALL)), "the file states nominal_srate", "--time none"),
     "a stamp that jumps": Case(xdf((JUMPING, ALL)), "sample 302: time runs backwards", BY_RATE),
     "a formula": Case(FORMULAS, f"B2: the formula '={COUNTS[0, 0]:.0f}+0'"),
     "numbers as text": Case(TEXTS, "as text, save it as CSV"),

@@ -235,10 +235,9 @@ def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
 
 
 def test_a_question_common_to_many_files_is_asked_once_and_another_one_beside_it(tmp_path):
-    files = [
-        write_table(tmp_path / f"{n}.csv", TIME_S, *COUNTS / 200 + n / 100, head="t,a,b,c,d")
-        for n in range(4)
-    ]
+    files = [tmp_path / f"{n}.csv" for n in range(4)]
+    for n, file in enumerate(files):
+        write_table(file, TIME_S, *COUNTS / 200 + n / 100, head="t,a,b,c,d")
     clocks = write_table(tmp_path / "c.csv", TIME_S, TIME_S, *COUNTS, head="time,clock,S1,S2,S3,S4")
     imported = import_files(tmp_path, *files[:2], clocks, *files[2:])
     first, other, alike = imported.refused.splitlines()
