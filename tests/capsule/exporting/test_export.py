@@ -65,32 +65,31 @@ def make_results(results, most=1):
     Up to so many recordings stand in one batch.
     """
     generator = np.random.default_rng(1)
-    made = {stored.SIGNALS: {}, stored.MATRICES: {}, stored.CHECKS: {}, stored.FITS: {}}
     parameters = {name: generator.random(length).tolist() for name, length in PARAMETERS.items()}
-    rows = []
+    readings, matrices, checks, fits, rows = {}, {}, {}, {}, []
     for name, (samples, header) in RECORDINGS.items():
         values = generator.integers(0, 1023, (4, samples)).astype(float)
         values[1, 3] = np.nan
-        made[stored.SIGNALS][name] = values if "adc_bits" in header else values / 1000
-        made[stored.MATRICES][name] = generator.random((4, LENGTH)) * AWKWARD[0]
+        readings[name] = values if "adc_bits" in header else values / 1000
+        matrices[name] = generator.random((4, LENGTH)) * AWKWARD[0]
         size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
-        made[stored.CHECKS][name] = {"recording": name, "header": header, "status": "accepted"}
-        row = {"recording": name, "size_mm": size, "samples": samples, "status": "accepted"}
-        row |= {"duration_s": (samples - 1) / 10, "sha256": f"{samples:064x}", "site": "007"}
-        rows.append(row | {"source": header.get("source", "")})
+        row = {"recording": name, "size_mm": size, "status": "accepted"}
+        checks[name] = row | {"header": header}
+        row |= {"samples": samples, "duration_s": (samples - 1) / 10, "site": "007"}
+        rows.append(row | {"sha256": f"{samples:064x}", "source": header.get("source", "")})
         if size:
             fit = {"recording": name, "size_mm": size, "seed": 1, "first_peak": 5, "lag": 7}
-            made[stored.FITS][name] = fit | {"rmse": AWKWARD[1], "parameters": parameters}
-    readings, matrices = dict(made[stored.SIGNALS]), dict(made[stored.MATRICES])
+            fits[name] = fit | {"rmse": AWKWARD[1], "parameters": parameters}
     rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
     rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
-    made[stored.SIGNALS][REJECTED] = np.full((4, LENGTH), np.nan)
-    made[stored.CHECKS][REJECTED] = rejected | {"header": {"source": FORMULA}}
-    for kind, of_kind in made.items():
+    checks[REJECTED] = rejected | {"header": {"source": FORMULA}}
+    flat = {REJECTED: np.full((4, LENGTH), np.nan)}
+    arrays = {stored.SIGNALS: readings | flat, stored.MATRICES: matrices}
+    for kind, of_kind in {**arrays, stored.CHECKS: checks, stored.FITS: fits}.items():
         for batch, names in stored.batches(sorted(of_kind), most).items():
             path = results / stored.pattern(kind, alone=most == 1).format(batch=batch)
             contents = {name: of_kind[name] for name in names}
-            if kind in (stored.SIGNALS, stored.MATRICES):
+            if kind in arrays:
                 stored.write_arrays(path, contents)
             else:
                 stored.write_contents(path, contents, batch)
