@@ -436,8 +436,8 @@ OTHER_RATES = """
     rate = 5 and another rate = 10 => # rate: 10, 10, 10, 5
 """
 # Times without a unit, by what their step is in s.
-BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7}
-BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768, "0.02": 50}
+BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7, "0.02": 50}
+BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768}
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 MICRO_MILLI = above("# time unit: ms", ticks("time_us", 1e5))
@@ -480,14 +480,6 @@ def unit_in_names(names, unit):
     return Case(named(names, sign=";"), f"names {unit} of {names.format(1)!r} and all", COUNTED)
 
 
-def other_rate(line, rates):
-    return Case(above(line), f"10 Hz, but the file states {rates}; give", "--time-unit s")
-
-
-def stepped(step, per_second):
-    return Case(ticks("time", per_second), f"or steps of {step} s, 10 Hz ({BY_RATE})", BY_RATE)
-
-
 def solid(form):
     """Return the case of a clock without colons."""
     times = moments(lambda moment: f"{moment:{form}}"[:-5], NOON - timedelta(seconds=20))
@@ -515,10 +507,16 @@ ASKED = {
     **rows(TIME_UNITS, unknown_unit),
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
-    **{f"steps of {step}": stepped(step, per_second) for step, per_second in BARE_TIMES.items()},
+    **{
+        f"steps of {step}": Case(ticks("time", hz), f"of {step} s, 10 Hz ({BY_RATE})", BY_RATE)
+        for step, hz in BARE_TIMES.items()
+    },
     "times in minutes": Case(MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"),
     "two units of time": Case(MICRO_MILLI, "the file names us and ms; give", BY_RATE),
-    **rows(OTHER_RATES, other_rate),
+    **rows(
+        OTHER_RATES,
+        lambda line, rates: Case(above(line), f"but the file states {rates}; g", "--time-unit s"),
+    ),
     "rate beside dates": Case(DATED, "rate = 20; give --time-unit clock", "--time-unit clock"),
     "scale in a log": Case(GAIN_LOG, "says 'gain: 10', and", f"{RATED} {COUNTED}"),
     "scale in a column": Case(GAINS, "says 'gain: 10', and not", COUNTED),
