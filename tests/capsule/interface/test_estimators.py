@@ -211,6 +211,8 @@ def test_no_verdict_is_a_wrong_verdict(archive):
     assert rows["predicted_mm"].isna().sum() == rows["no_verdict"].notna().sum() == 7
     assert by_size.loc[3.0, ["tp", "fn"]].tolist() == [1, 3]
     assert by_size.loc[0.0, "recall"] == 0
+    # One of two passes over a place of 3 mm was found, and one place of six others.
+    assert judged.tables["summary"]["sensitivity"][0] == pytest.approx(1.5 / 7)
 
 
 def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive):

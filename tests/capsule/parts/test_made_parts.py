@@ -27,6 +27,7 @@ CORNERS = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.262
 COUPONS = ["strip", "awn", "glue", "wall-0.40", "wall-0.50", "wall-0.60"]
 PRISMS = {"substructure": 5.0, **{f"coupon-{name}": 5.0 for name in COUPONS}}
 PRISMS |= {"slide": 4.0, "end-plate": 6.0}
+SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(scope="module")
@@ -63,18 +64,16 @@ def outlines(path):
     return [each for each, _ in flattened(path)]
 
 
-def edges_in(path):
-    if path.suffix == ".stl":
-        return measured.section(measured.read_stl(path)[0], 2.5)
-    if path.suffix == ".3mf":
-        ((_, vertices, triangles),) = measured.read_3mf(path)
-        return measured.section(vertices[triangles], 2.5)
-    return measured.edges_of(outlines(path))
-
-
 @pytest.mark.parametrize("kind", ["stl", "3mf", "dxf", "svg"])
 def test_angles_and_corners_are_the_papers_in_every_file(made, kind):
-    edges = edges_in(made / f"substructure.{kind}")
+    path = made / f"substructure.{kind}"
+    if kind == "stl":
+        edges = measured.section(measured.read_stl(path)[0], 2.5)
+    elif kind == "3mf":
+        ((_, vertices, triangles),) = measured.read_3mf(path)
+        edges = measured.section(vertices[triangles], 2.5)
+    else:
+        edges = measured.edges_of(outlines(path))
     # An SVG begins at its corner: the axis is half way up, C is at x = 0.
     edges = edges - [0.0, (edges[..., 1].min() + edges[..., 1].max()) / 2]
     corners, alpha, beta, walls = measured.measured_substructure(edges)
@@ -144,15 +143,6 @@ def test_a_laser_engraves_the_platforms_scale_and_cuts_the_end_plates_rounds_as_
     np.testing.assert_allclose(arcs, np.array([[9.6, 9.6, 5.0, 2.1, 2.1]] * 2).T, atol=1e-6)
 
 
-SVG = "{http://www.w3.org/2000/svg}"
-
-
-def parsed(path):
-    """Return the root of a drawing, and its texts."""
-    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-    return root, ["".join(each.itertext()).strip() for each in root.iter(f"{SVG}text")]
-
-
 @pytest.mark.parametrize(
     ("drawing", "part", "sizes", "words"),
     [
@@ -169,7 +159,8 @@ def parsed(path):
 def test_the_drawn_dimensions_are_the_listed_ones(made, listed, drawing, part, sizes, words):
     lengths = [listed["parts"][part]["sizes"][f"{name}_mm"] for name in sizes.split()]
     wanted = [f"{each:.2f}".rstrip("0").rstrip(".") for each in lengths] + words
-    root, drawn = parsed(made / f"drawings/{drawing}.svg")
+    root = ElementTree.fromstring((made / f"drawings/{drawing}.svg").read_text(encoding="utf-8"))
+    drawn = ["".join(each.itertext()).strip() for each in root.iter(f"{SVG}text")]
     # Before a length may stand what it is of, as in "pitch = 6.27".
     assert set(wanted) <= {*drawn, *(text.split()[-1] for text in drawn)}
     assert (made / f"drawings/{drawing}.pdf").read_bytes().startswith(b"%PDF")

@@ -40,13 +40,6 @@ def pieces(shape, kind):
         explorer.Next()
 
 
-def read_step(path):
-    reader = STEPControl_Reader()
-    assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
-    assert reader.TransferRoots() == 1
-    return reader.OneShape()
-
-
 def surfaces(shape):
     return [BRepAdaptor_Surface(TopoDS.Face(face)) for face in pieces(shape, "FACE")]
 
@@ -72,7 +65,13 @@ def listed(made):
 
 @pytest.fixture(scope="module")
 def shapes(made):
-    return {path.stem: read_step(path) for path in made.glob("*.step")}
+    read = {}
+    for path in made.glob("*.step"):
+        reader = STEPControl_Reader()
+        assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
+        assert reader.TransferRoots() == 1
+        read[path.stem] = reader.OneShape()
+    return read
 
 
 def test_every_part_is_one_valid_solid_and_the_assembly_four(made, shapes, listed):
