@@ -50,11 +50,9 @@ def recording_of(size_mm, numbers):
     level = size_mm + numbers.normal(size=6) / 3
     evidence = level[0] + numbers.normal()
     passage = Passage(evidence, *level[1:4], 10.0, 200.0, 130.0, *np.exp(level[3:]))
-    features = features_of(
-        2 * size_mm + numbers.normal(),
-        [size_mm + 0.2 * numbers.normal(), *numbers.normal(size=3)],
-        numbers.normal(size=8) + 0.3 * size_mm,
-    )
+    score, embedding = 2 * size_mm + numbers.normal(), [size_mm + 0.2 * numbers.normal()]
+    embedding += numbers.normal(size=3).tolist()
+    features = features_of(score, embedding, numbers.normal(size=8) + 0.3 * size_mm)
     return StoredRecording(lambda: matrix, passage, features=features), particle
 
 

@@ -76,10 +76,8 @@ def test_templates_are_read_by_size_in_their_order(tmp_path):
     assert whole.first_peak == 3
 
 
-FEATURES = [
-    Features(number, np.full(3, number, np.float32), np.arange(5, dtype=np.float32) - number)
-    for number in (1.0, np.nan)
-]
+THREE, FIVE = np.ones(3, np.float32), np.arange(5, dtype=np.float32)
+FEATURES = [Features(number, number * THREE, FIVE - number) for number in (1.0, np.nan)]
 PLACE = Passage(0.1 + 0.2, 1, 2, 3, 4.5, 128, 130, 0.1, 1 / 3, 0.1)
 TRAITS = WaveTraits(3.2, 0.25, 1 / 3, 0.01, 0.9, 0.1)
 PLACES = [(PLACE, TRAITS), (UNKNOWN, UNKNOWN_TRAITS)]

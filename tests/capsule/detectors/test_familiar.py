@@ -144,10 +144,8 @@ def test_what_is_stored_judges_as_what_was_learned(unknown):
     traits = traits_like(generator(1, "stored"), 100, np.repeat([[1.0], [2.0]], [60, 40], axis=0))
     traits[:, unknown] = np.nan
     kind, few = learn_familiar(traits[:60], np.arange(60)), kind_of(3)
-    restored, restored_few = (
-        FamiliarKind.restored(json.loads(json.dumps(each.stored(), allow_nan=False)))
-        for each in (kind, few)
-    )
+    stored = (json.dumps(each.stored(), allow_nan=False) for each in (kind, few))
+    restored, restored_few = (FamiliarKind.restored(json.loads(each)) for each in stored)
     asked = [WaveTraits(*row) for row in traits[60:]]
     answers = kind.judge_all(asked)
     assert restored.judge_all(asked) == answers

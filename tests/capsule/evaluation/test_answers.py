@@ -277,11 +277,8 @@ def test_scores_are_compared_with_the_threshold_of_their_fold_and_held_out_ones_
 
 
 def test_the_choice_of_the_best_is_paid_for_where_it_was_made():
-    for named, scheme, compared, level in (
-        (False, "leave_one_out", 4, 0.9875),
-        (True, "leave_one_out", 4, 0.95),
-        (False, "held_out", 4, 0.95),
-        (False, "leave_one_out", 0, 0.95),
-    ):
+    chosen = (False, "leave_one_out", 4, 0.9875), (False, "held_out", 4, 0.95)
+    given = (True, "leave_one_out", 4, 0.95), (False, "leave_one_out", 0, 0.95)
+    for named, scheme, compared, level in chosen + given:
         lead = Lead("diagonal", named, 0.7, compared)
         assert headline_confidence(lead, scheme, 0.95) == pytest.approx(level)

@@ -42,10 +42,8 @@ def test_a_place_is_left_out_whole_and_held_out_sessions_teach_nothing():
     rows = {"0mm/a": row("x", "1"), "0mm/b": row("x", "1"), "0mm/c": row("y", "1")}
     rows |= {"1mm/d": row("z"), "1mm/e": row("w", near_copies="1mm/d"), "2mm/f": row()}
     places = [("0mm/a", "0mm/b"), ("0mm/c",), ("1mm/d", "1mm/e"), ("2mm/f",)]
-    assert by_scheme(rows) == {
-        LEAVE_ONE_OUT: [(place, set(place)) for place in places],
-        RESUBSTITUTION: [(tuple(rows), set())],
-    }
+    found, each = by_scheme(rows), [(place, set(place)) for place in places]
+    assert found == {LEAVE_ONE_OUT: each, RESUBSTITUTION: [(tuple(rows), set())]}
     late = {"0mm/h": row("p", "late"), "1mm/h": row("q", "late"), "0mm/i": row("y", "late")}
     found = by_scheme(rows | late, held_out=["late", "never"])
     assert list(found) == [HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION]
@@ -137,11 +135,9 @@ def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place()
     rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
     rows["unlabelled/r"] = row(near_copies="0mm/a")
     asked = SimpleNamespace(rows=lambda judged, left_out: [(set(left_out), judged)])
-    assert cross_validation.judge_unlabelled(asked, [*rows][2:], rows, ["0mm/h"]) == [
-        ({"0mm/h", "2mm/b"}, ["unlabelled/p"]),
-        ({"0mm/h"}, ["unlabelled/q"]),
-        ({"0mm/h", "0mm/a"}, ["unlabelled/r"]),
-    ]
+    judged = cross_validation.judge_unlabelled(asked, [*rows][2:], rows, ["0mm/h"])
+    left_out = {"p": {"0mm/h", "2mm/b"}, "q": {"0mm/h"}, "r": {"0mm/h", "0mm/a"}}
+    assert judged == [(names, [f"unlabelled/{name}"]) for name, names in left_out.items()]
 
 
 def test_held_out_rates_come_first_but_choose_nothing():
@@ -165,10 +161,8 @@ def archive():
     bump = np.repeat([[0.0] * 100 + [1.0] * 50 + [0.0] * 150], 2, axis=0)
     # No fold changes these templates: what it does to them is tested for all detectors.
     templates = TemplateSet((0.0, 2.0), (None, None), (0 * bump, bump), 50)
-    passages = {
-        name: Passage(*[float(place)] * 4, 10.0, 200.0, 130.0, 1.0, 1.0, 1.0)
-        for place, name in enumerate(SIZES_MM)
-    }
+    numbers = {name: [float(place)] * 4 for place, name in enumerate(SIZES_MM)}
+    passages = {name: Passage(*each, 10, 200, 130, 1, 1, 1) for name, each in numbers.items()}
     traits = dict.fromkeys(SIZES_MM, WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1))
     matrices = {name: bump * (size > 0) for name, size in SIZES_MM.items()}
     recordings = recordings_of(passages, traits=traits, matrices=matrices)

@@ -70,10 +70,8 @@ def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_pla
         "location_mm": sizes,
         "estimate_mm": np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
     }
-    made = pd.concat(
-        of(predicted, sizes, detector=name, scheme=scheme, **columns)
-        for name, scheme in product(["template", "diagonal"], ["leave_one_out", "held_out"])
-    )
+    each = product(["template", "diagonal"], ["leave_one_out", "held_out"])
+    made = pd.concat(of(predicted, sizes, detector=d, scheme=s, **columns) for d, s in each)
     sites = range(36), [number // 3 for number in range(36)]
     indices = (index_of(made, nodule_at_mm=[0.5] * 36, site=each) for each in sites)
     single, found = (measures.measure_tables(made, SIZES_MM, RULES, each) for each in indices)

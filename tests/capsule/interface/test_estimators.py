@@ -160,16 +160,14 @@ def test_a_regressor_that_never_saw_a_recording_judges_it_by_the_nearest_size(ar
     assert set(rows["threshold"]) == {0.25}
     estimates = rows["score"].where(rows["predicted_mm"] > 0)
     np.testing.assert_array_equal(rows["estimate_mm"], estimates)
-    known, patient = (
-        np.array([archive.matrices[name].ravel() for name in names])
-        for names in (archive.labelled, archive.unlabelled)
-    )
+    rows_of = {name: matrix.ravel() for name, matrix in archive.matrices.items()}
+    known = np.array([rows_of[name] for name in archive.labelled])
     for place, others in others_of(archive):
         own = Ridge(10.0).fit(known[others], archive.y[others])
         np.testing.assert_allclose(own.predict(known[[place]]), rows["score"][place])
     # All labelled recordings teach what is said of the others.
     assert unlabelled["recording"].tolist() == ["unlabelled/patient"]
-    said = Ridge(10.0).fit(known, archive.y).predict(patient)
+    said = Ridge(10.0).fit(known, archive.y).predict([rows_of["unlabelled/patient"]])
     np.testing.assert_allclose(unlabelled["score"], said)
     assert len(of_any(judged.tables["summary"])) == 2
     assert repr(judged).startswith("<Judgement of mine: 12 predictions, 1 detections; tables: ")

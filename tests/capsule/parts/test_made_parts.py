@@ -213,10 +213,8 @@ def displacement(points):
 
 @pytest.fixture(scope="module")
 def motions(made):
-    return {
-        side: np.array([displacement(each) for each in slices(made / f"cam-{side}.stl")])
-        for side in ("left", "right")
-    }
+    paths = {side: made / f"cam-{side}.stl" for side in ("left", "right")}
+    return {side: np.array([*map(displacement, slices(path))]) for side, path in paths.items()}
 
 
 def test_every_follower_moves_as_a_sine_of_the_amplitude(motions):

@@ -109,14 +109,9 @@ def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():
 def test_a_simulated_bench_unfolds_when_nobody_holds_it_and_ends_with_its_numbers():
     bench = SimulatedBench(journey_over([], samples=260), 10.0, {})
     # It folds within 5 s, and holds for 5 s after each command. After all, 100 samples are left.
-    for command, count, state in (
-        ("", 10, "unfolded"),
-        (cycle.FOLD, 49, "folding"),
-        (cycle.HOLD, 50, "folded"),
-        ("", 1, "unfolding"),
-        ("", 49, "unfolding"),
-        ("", 1, "unfolded"),
-    ):
+    course = [("", 10, "unfolded"), (cycle.FOLD, 49, "folding"), (cycle.HOLD, 50, "folded")]
+    course += [("", 1, "unfolding"), ("", 49, "unfolding"), ("", 1, "unfolded")]
+    for command, count, state in course:
         bench.tell(command)
         assert (bench.read(count).fold, bench.at_end) == (state, False)
     bench.read(1)

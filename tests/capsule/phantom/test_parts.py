@@ -7,15 +7,8 @@ import numpy as np
 import pytest
 from numpy.random import default_rng
 
+from capsule.phantom import contact as touch
 from capsule.phantom.advance import Motion, Strokes, draw_holds, draw_strokes, first_arrival
-from capsule.phantom.contact import (
-    height_factor,
-    pressed_bulge,
-    reseated_strength,
-    sphere_stiffness,
-    stray_offset,
-    wandering_strength,
-)
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.origami import pitch, vertices
 from capsule.phantom.parameters import with_values
@@ -39,36 +32,36 @@ def test_corners_are_the_papers_and_the_pitch_follows():
 def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_height():
     # 50 kPa and a volume that does not change: E / (1 - 0.25) = 0.0667 N/mm2.
     for diameter in (1.0, 2.0, 5.0):
-        assert sphere_stiffness(WALL, diameter) == pytest.approx(0.05 / 0.75 * diameter)
-    kept = [pressed_bulge(CONTACT, WALL, d) / d for d in (1, 2, 3, 4, 5)]
+        assert touch.sphere_stiffness(WALL, diameter) == pytest.approx(0.05 / 0.75 * diameter)
+    kept = [touch.pressed_bulge(CONTACT, WALL, d) / d for d in (1, 2, 3, 4, 5)]
     assert kept == sorted(kept)
     assert 0 < kept[0] < 0.5 < kept[-1] < 1
-    assert pressed_bulge(CONTACT, WALL, 0) == 0
+    assert touch.pressed_bulge(CONTACT, WALL, 0) == 0
 
 
 def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
     wide, narrow = (replace(CONTACT, bearing_height_mm=mm) for mm in (5.0, 1.0))
     # The strip's edge at 2.5 mm halves a nodule centred there.
-    factors = [height_factor(wide, 2.0, offset_mm) for offset_mm in (0, 2.5, -2.5, 3.5)]
-    assert [*factors, height_factor(wide, 0.0, 0.0)] == pytest.approx([1, 0.5, 0.5, 0, 0])
-    assert height_factor(wide, 5.0, 3.5) > 0.1
-    assert height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
+    factors = [touch.height_factor(wide, 2.0, offset_mm) for offset_mm in (0, 2.5, -2.5, 3.5)]
+    assert [*factors, touch.height_factor(wide, 0.0, 0.0)] == pytest.approx([1, 0.5, 0.5, 0, 0])
+    assert touch.height_factor(wide, 5.0, 3.5) > 0.1
+    assert touch.height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
     # A run that strays passes a small nodule without touching it.
-    left = [height_factor(CONTACT, size, 1.9) for size in (1.0, 2.0, 3.0, 5.0)]
+    left = [touch.height_factor(CONTACT, size, 1.9) for size in (1.0, 2.0, 3.0, 5.0)]
     assert left[1] == 0.0 < left[2] < left[3] < 1
 
 
 @pytest.mark.parametrize("probability", [0.0, 0.3])
 def test_as_many_runs_stray_as_is_set(probability):
     contact = replace(CONTACT, stray_probability=probability, stray_mm=1.9)
-    offsets = [stray_offset(contact, default_rng(seed)) for seed in range(2000)]
+    offsets = [touch.stray_offset(contact, default_rng(seed)) for seed in range(2000)]
     assert set(offsets) <= {0.0, 1.9}
     assert np.mean(offsets) == pytest.approx(probability * 1.9, rel=0.1)
 
 
 def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_itself():
     seat = replace(SEAT, strength_spread=0.2, strength_time_s=8.0)
-    strength = np.log(wandering_strength(seat, default_rng(3), 4, 200_000, 10.0))
+    strength = np.log(touch.wandering_strength(seat, default_rng(3), 4, 200_000, 10.0))
     assert (strength.std(), strength.mean()) == pytest.approx((0.2, 0.0), abs=0.01)
     # The correlation of a first-order noise falls to 1/e in its time.
     later = [np.corrcoef(row[:-80], row[80:])[0, 1] for row in strength]
@@ -79,7 +72,9 @@ def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_
 def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
     slips_mm = np.where(np.isin(np.arange(10), [2, 6]), 0.7, 0.0)
     seat, wave = replace(SEAT, reseat_spread=0.3), np.arange(1000) // 100
-    many = [reseated_strength(seat, default_rng(run), 4, slips_mm, wave) for run in range(500)]
+    many = [
+        touch.reseated_strength(seat, default_rng(run), 4, slips_mm, wave) for run in range(500)
+    ]
     for row in many[0]:
         np.testing.assert_array_equal(np.flatnonzero(np.diff(row)) + 1, [300, 700])
     assert np.std(np.log(many)) == pytest.approx(0.3, rel=0.05)
@@ -106,10 +101,8 @@ def head_positions(strokes, time_s, rise=lambda position_mm, stroke_mm: np.zeros
 def test_slips_back_are_as_many_as_is_set_and_cost_no_speed(probability):
     changes = {"slip_probability": probability, "slip_back": 1.5}
     drawn = [drawn_strokes(seed, np.ones(200), **changes) for seed in range(300)]
-    slips, ahead, folded = (
-        np.array([getattr(each, f"{name}_mm") for each in drawn]) / PERIOD_S
-        for name in ("slips", "ahead", "folded")
-    )
+    speeds = np.array([(each.slips_mm, each.ahead_mm, each.folded_mm) for each in drawn]) / PERIOD_S
+    slips, ahead, folded = np.moveaxis(speeds, 1, 0)
     assert np.mean(slips > 0) == pytest.approx(probability, abs=0.01)
     assert slips.mean() == pytest.approx(probability * 1.5 * ADVANCE.speed_mm_s, rel=0.03)
     assert np.mean(ahead - slips) == pytest.approx(ADVANCE.speed_mm_s, rel=0.03)
@@ -229,10 +222,8 @@ def test_converter_floors_and_ends_at_its_rails():
 
 def response(sensor, pressed_mm, rate_hz=10.0):
     """Return the response of each sensor, sample by sample; before the first all was constant."""
-    decays = [
-        math.exp(-1 / (rate_hz * time_s)) if time_s > 0 else 0.0
-        for time_s in (sensor.release_s, sensor.lag_s, sensor.creep_s)
-    ]
+    times_s = np.array([sensor.release_s, sensor.lag_s, sensor.creep_s])
+    decays = np.exp(-1 / (rate_hz * np.maximum(times_s, 1e-9)))
     responses = np.zeros_like(pressed_mm)
     for number, own in enumerate(pressed_mm):
         near = [pressed_mm[other] for other in (number - 1, number + 1) if 0 <= other < 4]
@@ -300,7 +291,7 @@ VARYING = [
     ("sensor.jump_run_spread", 0.7, 300, {"sensor.jump": 0.01, "sensor.jumps_per_s": 1.0},
      lambda run, rng: base_line(run.sensor, rng, (4, 500)).std()),
     ("seat.strength_run_spread", 1.0, 100, {"seat.strength_spread": 0.2},
-     lambda run, rng: np.log(wandering_strength(run.seat, rng, 4, 990, 10.0)).std()),
+     lambda run, rng: np.log(touch.wandering_strength(run.seat, rng, 4, 990, 10.0)).std()),
     ("wave.run_spread", 0.8, 300, {"wave.amplitude_spread": 0.2},
      lambda run, rng: np.log(wave_train(run.wave, rng, PERIOD_S, 200).crests).std()),
     ("wave.run_spread", 0.5, 300, {"wave.missing_probability": 0.1},

@@ -80,6 +80,13 @@ def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     assert [run.name for run in planned[1::7]] == ["0mm/h02", "2mm/h07"]
     setups = 2 * ["0mm"] + 3 * ["2mm"] + 2 * ["2mm/2"] + 2 * ["2mm/3"]
     assert [run.setup for run in planned] == setups
+    # Numbers that do not fit are refused.
+    for runs, setups, told in (
+        ([2, 2, 2], 1, "3 numbers for 2 sizes"),
+        (2, [1, 3], "need as many"),
+    ):
+        with pytest.raises(CapsuleError, match=told):
+            planned_runs([0, 2], runs, 1, setups)
     set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
     usual, *others = (
         [simulate_run(set_up, 2.0, 1, run, setup=name).compression_mm.max() for run in "ab"]
@@ -87,15 +94,6 @@ def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     )
     assert usual == others[0]
     assert np.diff(np.sort(others, axis=0)[:, 0]).min() > 3 * np.ptp(others, axis=1).max()
-
-
-@pytest.mark.parametrize(
-    ("runs", "setups", "told"),
-    [([2, 2, 2], 1, "3 numbers for 2 sizes"), (2, [1, 3], "2mm: 3 set-ups need as many runs")],
-)
-def test_numbers_that_do_not_fit_are_refused(runs, setups, told):
-    with pytest.raises(CapsuleError, match=told):
-        planned_runs([0, 2], runs, 1, setups)
 
 
 def test_existing_files_are_kept_unless_forced(tmp_path):

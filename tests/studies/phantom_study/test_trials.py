@@ -95,10 +95,9 @@ def test_a_value_that_the_table_has_no_line_for_is_not_written():
 def test_a_logged_trial_can_be_made_again(monkeypatch):
     def averaged(fitted):
         # The templates of the log hold the mean of sigma, not the root of the mean variance.
-        return {
-            size: [Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))]
-            for size, particles in by_size(fitted).items()
-        }
+        parts = by_size(fitted).items()
+        means = {size: np.mean([p.to_vector() for p in each], axis=0) for size, each in parts}
+        return {size: [Particle.from_vector(mean)] for size, mean in means.items()}
 
     monkeypatch.setattr(simulated_archive, "by_size", averaged)
     logged = read_csv(LOG)[0]
