@@ -20,8 +20,6 @@ from support.bench.recorder import Recorder, wait_until
 from support.command import output_of
 from support.project import ROOT
 
-needs_streams = pytest.mark.boards
-
 RULES = {"sensors": 4, "rate_hz": 10}
 # A container may have no multicast. The session's name keeps other programs out.
 CONFIGURATION = f"""[ports]
@@ -81,7 +79,7 @@ def name():
     return f"stream-{uuid.uuid4().hex}"
 
 
-@needs_streams
+@pytest.mark.boards
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
 def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, tmp_path, source_id):
@@ -175,7 +173,7 @@ def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):
     assert "'left hand'" in str(refusal.value) or "--stream-channels" in str(refusal.value)
 
 
-@needs_streams
+@pytest.mark.boards
 def test_no_stream_and_two_of_one_name_are_told_apart(name):
     with pytest.raises(BoardNotFoundError, match=rf"there is no LSL stream '{name}'; start its"):
         find_stream(pylsl, name, 0.1)
@@ -187,7 +185,7 @@ def test_no_stream_and_two_of_one_name_are_told_apart(name):
     del two
 
 
-@needs_streams
+@pytest.mark.boards
 def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missing(name):
     source = Source(name, labels=["a", "b", "c", "d"])
     line = StreamLine(name, "d,c,b,a", RULES, print)

@@ -1,0 +1,304 @@
+"""What a recording or a survey shows: the terminal, and the live page to rude browsers."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import socket
+import urllib.error
+import urllib.request
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from capsule.bench import loop
+from capsule.bench.live import MOST_LISTENERS, LivePage
+from capsule.bench.state import State
+from capsule.bench.terminal import WAITING_TEXTS, PatientOutput, Terminal, state_lines
+from capsule.words import MINUS
+from support.browser import Browser, needed
+
+
+class Screen(io.StringIO):
+    """A terminal that can redraw."""
+
+    encoding = "utf-8"
+
+    def isatty(self):
+        """Return True, as a terminal does."""
+        return True
+
+
+@pytest.fixture
+def state():
+    shown = State(0.1, samples=754, missing=12, gaps=2, damaged=3, wave="wave 80 mm")
+    shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
+    verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+    shown.judgement = SimpleNamespace(lines_so_far=lambda: verdicts)
+    return shown
+
+
+NAN = float("nan")
+SURVEY = State(
+    0.1,
+    title="demo, simulated",
+    samples=12000,
+    away_s=90.4,
+    head_mm=250.0,
+    head_known=True,
+    doing="explores",
+    score=0.075,
+    threshold=0.15,
+    following="folds soon",
+    places=[(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")],
+)
+
+
+def test_a_recording_is_drawn_in_its_place(state):
+    screen = Screen()
+    terminal = Terminal(screen)
+    terminal.show(state)
+    summary, *sensors, title, verdict = screen.getvalue().splitlines()
+    assert state.summary() == (
+        "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
+    )
+    assert summary == state.summary()[:79]
+    # Of ten counts a sensor looks quiet, and a missing sample is a space.
+    assert [line[7:] for line in sensors] == [
+        "1   12 ▁ ▂", "2  510 ▁ ▇", "3  512 ▁ ▁", "4   20 █ ▁"
+    ]  # fmt: skip
+    assert title == "if the run ended now:"
+    # A longer line would break, and the terminal could not be drawn in its place again.
+    assert verdict.startswith("template  nodule") and len(verdict) < 1000
+    terminal.note("the board was unplugged")
+    assert screen.getvalue().endswith("\x1b[7A\x1b[Jthe board was unplugged\n")
+
+
+# Kills: a log file with control characters, and one with a drawing of a survey a second.
+def test_a_log_file_gets_plain_lines_now_and_then(state):
+    stream = io.StringIO()
+    terminal = Terminal(stream)
+    for shown in (state, SURVEY, replace(state, ended="Ctrl-C")):
+        terminal.show(shown)
+    assert stream.getvalue().splitlines() == [state.summary(), *state.judgement.lines_so_far()]
+    assert terminal.every_s > 1
+
+
+# Kills: a last position taken for the present one; a place without its verdict; the first places.
+def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
+    screen = Screen()
+    terminal = Terminal(screen)
+    terminal.show(SURVEY)
+    drawn = screen.getvalue()
+    assert drawn.splitlines() == [
+        "demo, simulated  21 min 30 s  head at 250.0 mm: explores",
+        "  folds soon",
+        "score 0.075, threshold 0.150",
+        "place 1 at 100 mm: no nodule",
+        "place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
+    ]
+    places = [(number, "", 10.0 * number, "") for number in range(1, 9)]
+    terminal.show(replace(SURVEY, head_known=False, score=NAN, places=places))
+    last = screen.getvalue().removeprefix(drawn)
+    assert last.startswith("\x1b[5A\x1b[Jdemo")
+    assert "head last at 250.0 mm" in last and "no score, threshold" in last
+    assert "place 2" not in last and "place 3 at 30 mm: suspected" in last
+    # What follows does not wipe it away.
+    terminal.leave()
+    terminal.note("the survey is over")
+    assert screen.getvalue().count("\x1b") == 2
+
+
+def test_a_narrow_plain_terminal_gets_what_it_can_show_also_readings_in_volts(state):
+    start = replace(SURVEY, head_mm=NAN, threshold=NAN, places=[], following="")
+    assert state_lines(start, 20) == ["demo, simulated  21 "]
+    state.judgement.lines_so_far = lambda: [f"{MINUS}2.0 mm"]
+    state.full_scale = 5.0
+    state.recent.extend([(0.0, 2.5, 2.5, 5.0), (0.0, 2.4951, 2.5, 5.0)])
+    screen = Screen()
+    screen.encoding = "ascii"
+    Terminal(screen).show(state)
+    assert screen.getvalue().endswith("\n-2.0 mm\n") and screen.getvalue().isascii()
+    assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]
+
+
+# Kills: a display that is drawn at each sample, or never again.
+def test_what_is_seen_is_shown_seldom_and_what_is_sent_each_time(monkeypatch):
+    now_s, done, state = [100.0], [], State(0.1)
+    monkeypatch.setattr(loop, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    made = loop.Loop("the survey", state, None)
+    made.add("its display", lambda: done.append("shown"), 0.25)
+    made.add("its stream", lambda: done.append("sent"))
+
+    def look():
+        now_s[0] += 0.0625
+        return "Ctrl-C" if len(done) > 11 else ""
+
+    made.go_on(look)
+    assert (done.count("sent"), done.count("shown"), state.ended) == (10, 3, "Ctrl-C")
+    made.attempt_due()
+    assert done[-2:] == ["shown", "sent"]
+
+
+# Kills: a terminal that takes no output, or is closed, and holds a recording up.
+@pytest.mark.parametrize("closed", [False, True])
+def test_output_that_nobody_takes_holds_nothing_up(closed):
+    ours, theirs = os.pipe()
+    output = PatientOutput(theirs)
+    if closed:
+        os.close(ours)
+    for _ in range(2 * WAITING_TEXTS):
+        assert output.write(1000 * b"x") == 1000
+    if not closed:
+        os.close(ours)
+    output.finish()
+    assert not output._writer.is_alive()
+    os.close(theirs)
+
+
+@pytest.fixture
+def page():
+    made = LivePage()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def long_run():
+    made = State(0.1, title="3mm/r07", end_s=90.0, longest=1000)
+    for number in range(700):
+        made.add((500 + 90 * (number % 32 == 0), 510 + 5 * (number % 32), 512, 1023))
+    return made
+
+
+def fetch(page, path="", **headers):
+    request = urllib.request.Request(f"{page.address}{path}", headers=headers)
+    return urllib.request.urlopen(request, timeout=5)
+
+
+def listen(page, last="0"):
+    """Listen to the page's events as a browser that knows the samples up to the last number."""
+    return fetch(page, "events", **{"Last-Event-ID": last})
+
+
+def next_event(listener):
+    """Return id and data of the next event; empty after the last one."""
+    number, data, _ = (listener.readline() for _ in range(3))
+    return number and (int(number.removeprefix(b"id: ")), json.loads(data.removeprefix(b"data: ")))
+
+
+def test_only_a_browser_that_knows_the_address_gets_the_page(page):
+    answers = [fetch(page) for _ in range(2)]
+    content = answers[0].read().decode()
+    policy, other = (answer.headers["Content-Security-Policy"] for answer in answers)
+    nonce = re.search(r"script-src 'nonce-([^']+)'", policy)[1]
+    assert policy.startswith("default-src 'none'") and "{{" not in content
+    # Kills: a style or script of the page that its own policy refuses; one nonce for all.
+    assert content.count(f'nonce="{nonce}"') == content.count("<script") + content.count("<style")
+    assert nonce not in other
+    # Kills: no Host check, which lets a foreign page read the samples by a name of its own.
+    for path, headers, status in (("x", {}, 404), ("", {"Host": "evil.example"}, 403)):
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            fetch(page, path, **headers)
+        answers.append(refused.value)
+        assert refused.value.code == status
+    for each in answers:
+        each.close()
+
+
+def test_a_browser_that_comes_back_goes_on_where_it_was(page, long_run):
+    page.show(long_run)
+    with listen(page) as listener:
+        number, (news, values) = next_event(listener)
+    # A minute is kept, not the whole run.
+    assert (number, news["first"], len(news["samples"])) == (700, 100, 600)
+    assert values["title"] == "3mm/r07"
+    assert values["left"] == "00:20.0 left, 00:30.0 until it is too long for the workflow"
+    long_run.add(None)
+    long_run.add(None)
+    page.show(long_run)
+    # The last number of another recording says nothing of this one.
+    for last, first, kept in (("700", 700, 2), ("9000", 102, 600)):
+        with listen(page, last) as listener:
+            _, (news, values) = next_event(listener)
+        assert (news["first"], len(news["samples"]), news["samples"][-1]) == (first, kept, None)
+        assert (values["gaps"], values["missing"]) == (1, 2)
+
+
+def test_when_there_are_too_many_the_oldest_goes(page, long_run):
+    page.show(long_run)
+    with contextlib.ExitStack() as stack:
+        listeners = []
+        for _ in range(MOST_LISTENERS + 1):
+            listeners.append(stack.enter_context(listen(page)))
+            next_event(listeners[-1])  # before the next one comes, it is known
+        assert next_event(listeners[0]) == b""
+        long_run.add((1, 2, 3, 4))
+        page.show(long_run)
+        assert [next_event(each)[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
+
+
+# Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
+def test_a_hundred_browsers_come_and_go_and_hold_nothing_up(page, long_run, capfd):
+    address = ("127.0.0.1", int(page.host.split(":")[1]))
+    asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n\r\n".encode()
+    with listen(page), listen(page):  # they never read an event
+        for number in range(1000):
+            long_run.add((number, 2, 3, 4))
+            page.show(long_run)
+            if number % 10 == 5:
+                with socket.create_connection(address, timeout=5) as rude:
+                    # Cut off within the question, or after it.
+                    rude.sendall(asked[: 20 if number % 20 == 5 else None])
+        page.close()
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("sensors", "remarks"),
+    [
+        (lambda n: (500 + n % 90, 500 + n % 80, 512 + n % 3, 500 + n % 15), {3: "flat", 4: "weak"}),
+        (lambda n: (500 + n % 90, 500 + n % 80, 500 + n % 40, 500 + n % 60), {}),
+    ],
+)
+def test_a_flat_or_weak_sensor_is_named(sensors, remarks):
+    state = State(0.1)
+    for n in range(400):
+        assert n > 90 or not state.remarks(), "too short to show a wave"
+        state.add(None if n % 7 == 0 else sensors(n))
+    assert {sensor: words.split(":")[0] for sensor, words in state.remarks().items()} == remarks
+
+
+@pytest.mark.slow
+@needed
+def test_the_page_in_a_real_browser(page, long_run, tmp_path):
+    browser = Browser(tmp_path / "profile")
+    try:
+        browser.visit(page.address)
+        assert browser.texts("#banner") == ["waiting for the first sample"]
+        long_run.faults = ["no wave runs: end the recording, and record anew"]
+        scores = [{"detector": "diagonal", "score": 0.5, "threshold": 0.2, "verdict": "x"}]
+        long_run.judgement = SimpleNamespace(scores=scores, advice="enough: nodule")
+        page.show(long_run)
+        browser.wait_until("return document.querySelectorAll('#sensors canvas').length === 4")
+        assert browser.texts("#banner") == long_run.faults
+        assert browser.texts("#time") == ["01:10.0"]
+        # Kills: a style of the report that makes the banner a small note, or takes a box away.
+        wide = "return document.querySelector(arguments[0]).getBoundingClientRect().width"
+        assert browser.run(wide, "#banner") == browser.run(wide, "#judged") > 800
+        assert "sensor 3 is flat: check its connection" in browser.texts("#sensors .remark")
+        assert browser.texts("#scores tbody tr") == ["diagonal0.50.2x"]
+        assert browser.texts("#survey") == []
+        long_run.faults, long_run.doing, long_run.length_mm = [], "is folded", 1000.0
+        long_run.head_mm, long_run.places = 300.0, [(1, "confirmed", 200.0, "3.1 mm")]
+        long_run.ended = "the survey is over"
+        page.show(long_run)
+        browser.wait_until("return !document.getElementById('survey').hidden")
+        assert browser.texts("#banner") == ["ended: the survey is over"]
+        assert browser.texts("#places tbody tr") == ["1200 mmconfirmed3.1 mm"]
+        assert browser.messages() == [], "nothing that the policy refuses"
+        assert browser.violations() == []
+    finally:
+        browser.close()
