@@ -145,16 +145,14 @@ def test_a_workflow_that_fails_ends_the_demo(workflow, tmp_path, status, how):
 
 
 def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
-    counts, now_s = np.arange(12).reshape(4, 3) + 100, [50.0]
-    monkeypatch.setattr(demo_command, "elapsed_s", lambda: now_s[0])
-    monkeypatch.setattr(demo_command.time, "sleep", lambda seconds: now_s.append(now_s.pop() + 1))
+    counts, now_s = np.arange(12).reshape(4, 3) + 100, iter(range(50, 55))
+    monkeypatch.setattr(demo_command, "elapsed_s", lambda: float(next(now_s)))
+    monkeypatch.setattr(demo_command.time, "sleep", lambda seconds: None)
     run = demo_command.PlayedRun(counts, PHANTOM, 2, 0.1)
     # One sample a second at a tenth of the speed.
     told = [[arrival.event for arrival in run.read(1.0)] for _ in range(4)]
-    assert [[each.counts for each in some] for some in told] == [
-        *([tuple(column)] for column in counts.T.tolist()),
-        [],
-    ]
+    columns = [[tuple(column)] for column in counts.T.tolist()]
+    assert [[each.counts for each in some] for some in told] == [*columns, []]
     assert [each.at_end for some in told for each in some] == [False, False, True]
 
 

@@ -206,19 +206,15 @@ class AnyOrder(RuleBasedStateMachine):
         """Start the board with the origami in any position."""
         self.bench, self.broken = Bench(wound), False
 
-    @rule(command=st.sampled_from(["fold", "hold", "unfold"]), ms=st.integers(0, 12_000))
-    def command(self, command, ms):
-        """Send a command, from the computer or from noise, and run for some time."""
-        self.bench.refusal(command)
-        self.bench.run(ms)
-
-    @rule()
-    def fold_and_hold(self):
-        """Fold and hold as a survey does."""
-        self.bench.refusal("fold")
-        for _ in range(3):
-            self.bench.wait(4)
-            self.bench.refusal("hold")
+    @rule(
+        commands=st.sampled_from([["fold"], ["hold"], ["unfold"], ["fold", "hold", "hold"]]),
+        ms=st.integers(0, 12_000),
+    )
+    def command(self, commands, ms):
+        """Send commands, from noise or as in a survey, and run for some time after each."""
+        for command in commands:
+            self.bench.refusal(command)
+            self.bench.run(ms)
 
     @rule(switch=st.integers(0, 1), how=st.integers(FREE, STUCK_CLOSED), stalled=st.booleans())
     def stick(self, switch, how, stalled):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import bench_errors, board, fold, survey_bench, wave
+from capsule.bench import board, fold, survey_bench, wave
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.fold import FoldBoard
 from capsule.bench.survey_bench import BoardBench
@@ -142,13 +142,14 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     assert len(told) == 3
 
 
-# Kills, the second: a firmware that knows no leases, of which nobody is told.
-def test_a_wave_that_the_motor_cannot_make_is_refused_but_one_without_a_lease_runs(line):
-    line.answers["direction"] = "E,direction,the motor follows 800"
-    with pytest.raises(bench_errors.RefusedError, match="refuses 'direction,forward': the motor"):
-        Drive(board_on(line), WAVE, LOG).set_up()
-    Drive(board_on(Line(lease="E,lease,unknown")), WAVE, LOG).set_up()
+# Kills: a firmware that knows no leases, of which nobody is told.
+def test_a_wave_without_a_lease_runs_and_one_that_the_motor_cannot_make_is_refused(line):
+    line.answers["lease"] = "E,lease,unknown"
+    Drive(board_on(line), WAVE, LOG).set_up()
     assert "the wave will not stop if this computer fails" in told[0]
+    line.answers["speed"] = "E,speed,the motor follows 800"
+    with pytest.raises(AcquisitionError, match="refuses 'speed,25': the motor follows 800"):
+        Drive(board_on(line), WAVE, LOG).set_up()
 
 
 FRAMES = {

@@ -28,6 +28,7 @@ def test_every_fault_has_a_status_of_its_own():
         ("record --name r01", "one of the arguments --size --unlabelled --recover is required"),
         ("record --size three", "not a size in mm"),
         ("record --size 3 --duration 0", "not a number above 0"),
+        ("record --size 3 --name r01.csv", "leave out .csv"),
         ("record --size 3 --name=--", "argument --name: '--' is not a value"),
         ("record --size 3 --site \udcff", "printable characters (UTF-8)"),
         ("record --size 3 --setup " + "x" * 101, "1 to 100"),

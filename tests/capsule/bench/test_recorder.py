@@ -268,11 +268,19 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
     assert sum("continues without its log" in text for text in bench.told) == 1
 
 
-def test_a_run_longer_than_the_matrix_is_told_once_and_goes_on(bench):
-    bench.recorder.state.longest = 20
-    bench.run(samples(0, 30))
-    assert " ".join(bench.told).count("longer than 20 samples (2 s)") == 1
-    assert bench.numbers() == list(range(30))
+def test_a_run_of_days_is_told_once_to_be_longer_than_the_matrix_and_goes_on_in_pieces(
+    bench, monkeypatch
+):
+    pending, flush = [], bench.part.flush
+    monkeypatch.setattr(
+        bench.part, "flush", lambda: (pending.append(len(bench.part._pending)), flush())
+    )
+    bench.recorder.patience_s = 1e9
+    bench.run([*samples(0, 30), *samples(30_000, 30_010)])
+    assert " ".join(bench.told).count("longer than 1000 samples (100 s)") == 1
+    assert len(bench.rows()) == 30_010
+    assert max(pending) <= 1001
+    assert len(bench.logger.samples) == 1001
 
 
 U32 = st.integers(0, 2**32 - 1)
