@@ -72,11 +72,8 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
 
 
 def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
-    section = (
-        text_of("docs/files.md")
-        .partition("### What a recording passes\n")[2]
-        .partition("\n### ")[0]
-    )
+    page = text_of("docs/files.md").partition("### What a recording passes\n")[2]
+    section = page.partition("\n### ")[0]
     rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", section, re.MULTILINE))
     assert list(rows) == ["preprocess", "list", "describe", "evaluate", "report"]
     workflow = ROOT / "workflow"
