@@ -13,8 +13,8 @@ SCRIPTS = Path(__file__).parents[3] / "workflow" / "scripts"
 
 
 def step(name="fit", path="fit.py", settings="{}", code="fit.py 00", inputs=("a", "b")):
-    """Return what the jobs of a rule are made from."""
-    return Step(name, Path(path), settings, code, lambda batch: inputs)
+    """Return what the jobs of a rule are made from; without inputs, each batch is its own."""
+    return Step(name, Path(path), settings, code, lambda batch: inputs or [batch])
 
 
 def test_a_key_changes_with_name_settings_code_and_inputs_and_nothing_else():
@@ -25,6 +25,7 @@ def test_a_key_changes_with_name_settings_code_and_inputs_and_nothing_else():
     assert re.fullmatch("[0-9a-f]{20}", step().key())
     # The name of a batch is in its key only through its inputs.
     assert step(path="elsewhere/fit.py").key("3mm/r01") == step().key("3mm/r02")
+    assert step(inputs=()).key("3mm/r01") != step(inputs=()).key("3mm/r02")
 
 
 def write(folder, contents):
