@@ -46,7 +46,7 @@ def test_plain_values_are_numbers_lists_and_none_for_what_json_lacks():
 def test_a_stream_belongs_to_its_seed_and_names_and_that_of_a_fit_to_its_readings():
     values = np.array([[1.0, np.nan, 3.0], [4.0, 5.0, 6.0]])
     asked = [(1, "roc", "3mm/r07"), (2, "roc", "3mm/r07"), (1, "roc", "3mm/r08"), (1, "roc3mm/r07")]
-    fits = [(1, values), (2, values), (1, values + [[0.0], [1.0]])]
+    fits = [(1, values), (2, values), (1, values + np.eye(2, 3))]
     streams = [(generator, *each) for each in asked] + [(fit_generator, *each) for each in fits]
     first, again = ([make(*of).integers(2**62) for make, *of in streams] for _ in range(2))
     assert first == again
