@@ -20,6 +20,8 @@ def project(tmp_path_factory):
 
 def run_project(folder):
     project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
+    for path in project.raw.glob("*/r*.csv"):
+        path.write_bytes(f"# session: {path.stem}\n".encode() + path.read_bytes())
     path = project.raw / "1mm" / "r03.csv"
     content = path.read_text(encoding="utf-8")
     path.write_text(re.sub(r"(?m)^# source: .*$", f"# source: bench {EVIL}", content), "utf-8")

@@ -13,13 +13,12 @@ from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison, detector_sections
 from capsule.page.cells import rate_table, retest_rows
 from capsule.seeding import generator
-from support.evaluated import RULES, evaluated
+from support.evaluated import RULES, UNKNOWN, evaluated
 from support.sections import page_of, section
 from support.verdicts import index_of, verdicts
 
 SETTINGS = {"detectors": ["template", "diagonal"], "evaluation": RULES}
-UNKNOWN = float("nan")
-SCHEMES = ["leave_one_out", "resubstitution"]
+SCHEMES = ["held_out", "leave_one_out", "resubstitution"]
 BRIER = "Brier score of the probability"
 
 
@@ -41,88 +40,80 @@ def judged(detector, scheme="leave_one_out", false_alarms=5, probability=False):
     )
 
 
-def compared(*of_scheme, schemes=SCHEMES, where=("",) * 30):
-    """Compare the detectors from all tables, as the rule evaluate makes them."""
+def compared(*judged_by, where=("",) * 30):
+    """Compare the detectors by all schemes, from all tables, as the rule evaluate makes them."""
     tables = {name: pd.DataFrame(columns=each) for name, each in COLUMNS.items()}
-    if of_scheme:
-        index = index_of(of_scheme[0], nodule_at_mm=where)
-        tables = measure_tables(pd.concat(of_scheme), [0.0], SETTINGS["evaluation"], index)
-    return comparison.page_values(tables, schemes, SETTINGS, "diagonal")
+    if judged_by:
+        index = index_of(judged_by[0], nodule_at_mm=where)
+        tables = measure_tables(pd.concat(judged_by), [0.0], SETTINGS["evaluation"], index)
+    return comparison.page_values(tables, SCHEMES, SETTINGS, "diagonal")
 
 
 @pytest.fixture(scope="module")
-def pages():
-    """Return what is compared by leaving places out, and on held-out sessions."""
-    both = judged("template"), judged("diagonal", false_alarms=1, probability=True)
-    held_out = [judged("template", "held_out", 5), judged("diagonal", "held_out", 1)]
-    return {
-        "leave_one_out": compared(*both, where=[*[""] * 20, *[3.0] * 10]),
-        "held_out": compared(*held_out, schemes=["held_out"]),
-    }
+def tables():
+    """Return what is compared by each scheme, by its title."""
+    page = compared(
+        judged("template"),
+        judged("diagonal", false_alarms=1, probability=True),
+        judged("template", "held_out"),
+        judged("diagonal", "held_out", 1),
+        judged("template", "resubstitution"),
+        where=[*[""] * 20, *[3.0] * 10],
+    )
+    return {table["title"]: table for table in page["compared"]}
 
 
-def cells(page, title):
-    (table,) = page["compared"]
-    names = [detector["name"] for detector in table["detectors"]]
-    (row,) = [row for group in table["groups"] for row in group["rows"] if row["title"] == title]
-    return dict(zip(names, row["cells"], strict=True))
+LEFT_OUT, HELD_OUT = "leave-one-out", "held-out sessions"
+
+
+def test_each_scheme_but_resubstitution_has_a_table_with_the_leading_detector_first(tables):
+    assert list(tables) == [HELD_OUT, LEFT_OUT]
+    for table in tables.values():
+        names = [detector["name"] for detector in table["detectors"]]
+        assert names == ["diagonal", "template", "always_nodule"]
 
 
 @pytest.mark.parametrize(
     ("scheme", "title", "detector", "text", "count"),
     [
         # Leaving one out does not measure what the threshold sets.
-        ("leave_one_out", "Specificity", "diagonal", "set to 95 %", ""),
-        ("leave_one_out", "Specificity", "template", "50 %", ""),
-        ("leave_one_out", "Specificity", "always_nodule", "0 %", ""),
-        ("leave_one_out", "Specificity, difference", "diagonal", words.NOT_APPLICABLE, ""),
-        ("leave_one_out", "Sensitivity, difference", "diagonal", "0", "p = 1.000"),
-        ("leave_one_out", "Sensitivity, 1 mm", "diagonal", "100 %", ""),
-        ("leave_one_out", "Balanced accuracy", "always_nodule", "50 %", ""),
-        ("leave_one_out", "Mean absolute error, of those found", "diagonal", "0.20 mm", "20 of 20"),
-        ("leave_one_out", "Median error of the place", "diagonal", "1.00 mm", "10 recordings"),
-        ("leave_one_out", BRIER, "diagonal", "0.216", "always stating the prevalence: 0.090"),
+        (LEFT_OUT, "Specificity", "diagonal", "set to 95 %", ""),
+        (LEFT_OUT, "Specificity", "template", "50 %", ""),
+        (LEFT_OUT, "Specificity", "always_nodule", "0 %", ""),
+        (LEFT_OUT, "Specificity, difference", "diagonal", words.NOT_APPLICABLE, ""),
+        (LEFT_OUT, "Sensitivity, difference", "diagonal", "0", "p = 1.000"),
+        (LEFT_OUT, "Sensitivity, 1 mm", "diagonal", "100 %", ""),
+        (LEFT_OUT, "Balanced accuracy", "always_nodule", "50 %", ""),
+        (LEFT_OUT, "Mean absolute error, of those found", "diagonal", "0.20 mm", "20 of 20"),
+        (LEFT_OUT, "Median error of the place", "diagonal", "1.00 mm", "10 recordings"),
+        (LEFT_OUT, BRIER, "diagonal", "0.216", "always stating the prevalence: 0.090"),
         # What a detector does not say is marked.
-        ("leave_one_out", BRIER, "template", words.NOT_APPLICABLE, ""),
-        ("held_out", "Specificity", "diagonal", "90 %", ""),
-        ("held_out", "Specificity, difference", "template", "reference", ""),
+        (LEFT_OUT, BRIER, "template", words.NOT_APPLICABLE, ""),
+        (HELD_OUT, "Specificity", "diagonal", "90 %", ""),
+        (HELD_OUT, "Specificity, difference", "template", "reference", ""),
         # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
-        ("held_out", "Specificity, difference", "diagonal", "+40", "p = 0.125"),
-        ("held_out", "Specificity, difference", "always_nodule", words.NOT_APPLICABLE, ""),
+        (HELD_OUT, "Specificity, difference", "diagonal", "+40", "p = 0.125"),
+        (HELD_OUT, "Specificity, difference", "always_nodule", words.NOT_APPLICABLE, ""),
     ],
 )
-def test_a_cell_is_of_its_table_or_says_why_not(pages, scheme, title, detector, text, count):
-    row = cells(pages[scheme], title)
-    # The leading detector stands first.
-    assert list(row) == ["diagonal", "template", "always_nodule"]
-    assert (row[detector]["text"], row[detector]["count"]) == (text, count)
+def test_a_cell_is_of_its_table_or_says_why_not(tables, scheme, title, detector, text, count):
+    table = tables[scheme]
+    rows = {row["title"]: row["cells"] for group in table["groups"] for row in group["rows"]}
+    place = [each["name"] for each in table["detectors"]].index(detector)
+    assert (rows[title][place]["text"], rows[title][place]["count"]) == (text, count)
 
 
-def test_the_score_of_any_and_the_smallest_nodule_is_ranked_and_the_probability_calibrated(pages):
-    (table,) = pages["leave_one_out"]["compared"]
+def test_the_score_of_any_and_the_smallest_nodule_is_ranked_and_the_probability_calibrated(tables):
+    table = tables[LEFT_OUT]
     titles = [row["title"] for group in table["groups"] for row in group["rows"]]
-    assert [title for title in titles if "AUC" in title] == [
-        "AUC, any nodule against none",
-        "AUC, 1 mm against none",
-    ]
+    ranked = ["AUC, any nodule against none", "AUC, 1 mm against none"]
+    assert [title for title in titles if "AUC" in title] == ranked
     assert {row["detector"] for row in table["calibration"]} == {"diagonal"}
     assert sum(row["recordings"] for row in table["calibration"]) == 30
 
 
-def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
-    schemes = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
-    of_each = [judged("template", name, alarms) for alarms, name in enumerate(schemes)]
-    tables = compared(*of_each, schemes=schemes)["compared"]
-    first = {each["title"]: each["groups"][0]["rows"][0]["cells"][0]["text"] for each in tables}
-    assert list(first.items()) == [
-        ("held-out sessions", "100 %"),
-        ("leave-one-out", "90 %"),
-        ("leave-one-session-out", "80 %"),
-    ]
-
-
 def test_a_detector_without_a_verdict_is_named_and_without_any_nothing_is_compared():
-    assert compared(judged("template"))["silent"] == ["diagonal"]
+    assert compared(judged("template", "held_out"))["silent"] == ["diagonal"]
     assert compared()["compared"] == []
     assert compared()["silent"] == ["template", "diagonal"]
 
@@ -134,10 +125,9 @@ def test_only_benches_that_judged_and_had_no_other_part_are_shown():
         for detector in ("diagonal", "other")
         for part in ("chose", "judged only")
     ]
-    (shown,) = comparison.bench_rows(rows, ["diagonal", "template"])
-    assert (shown["detector"], shown["bench"]) == ("diagonal", "judged only")
-    page = page_of(evaluated([])) | {"benches": [shown]}
-    text = section("detectors", **page)
+    shown = comparison.bench_rows(rows, ["diagonal", "template"])
+    assert shown == rows[1:2]
+    text = section("detectors", **page_of(evaluated([])) | {"benches": shown})
     assert "<td>judged only</td><td>95 %</td><td>10 %</td><td>40 %</td>" in text
 
 
@@ -145,9 +135,10 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     counts = [(0.0, 0.0, 8), (0.0, 2.0, 1), (0.0, UNKNOWN, 1), (2.0, 0.0, 0), (2.0, 2.0, 5)]
     table = pd.DataFrame(counts, columns=["size_mm", "predicted_mm", "count"])
     healthy, nodule = detector_sections.confusion_rows(table, [0.0, 2.0])
-    assert [cell["count"] for cell in healthy["cells"]] == [8, 1, 1]
-    assert [cell["right"] for cell in healthy["cells"]] == [True, False, False]
-    assert [cell["share"] for cell in healthy["cells"]] == [3, 0, 0]
+    assert healthy["cells"] == [
+        {"count": count, "share": share, "right": right}
+        for count, share, right in ((8, 3, True), (1, 0, False), (1, 0, False))
+    ]
     assert (healthy["total"], nodule["total"]) == (10, 5)
     assert [cell["count"] for cell in nodule["cells"]] == [0, 5, 0]
     judged = table[table["predicted_mm"].notna()]

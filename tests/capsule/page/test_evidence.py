@@ -6,12 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.detectors.network import STRETCH_STEP
-from capsule.detectors.search import WINDOWS_A_WAVE, passage_of
+from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.method.particle import Particle, render
-from capsule.method.sliding import rmse_at_lag
-from capsule.page.evidence import EVIDENCE, archive_evidence, in_words, nearest_nodule_mm, surface
+from capsule.page.evidence import EVIDENCE, archive_evidence, in_words, nearest_nodule_mm
 from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
 from capsule.seeding import generator
@@ -35,39 +33,19 @@ def plotted(values, check=CHECK, stretches=None, **shape):
     return plot_data("3mm/r01", values, wave, check, stretches, settings)
 
 
-def tables_of(verdicts, described, lag):
-    """Return tables with verdicts, and with a fit of 3mm/r01 at a lag."""
-    fit = {"parameters": PARAMETERS, "first_peak": FIRST_PEAK, "lag": lag}
+def tables_of(verdicts):
+    """Return tables with verdicts, and with a fit of 3mm/r01, which lies 25 samples before it."""
+    fit = {"parameters": PARAMETERS, "first_peak": FIRST_PEAK, "lag": LENGTH + 1 - 25}
     return SimpleNamespace(
         settings=CONFIG,
         templates=[
             {"size_mm": size, "parameters": PARAMETERS if size else None} for size in (0, 3)
         ],
-        described=described,
+        described=Described(),
         fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
-        matrix=lambda name: render(PARTICLE, FIRST_PEAK, LENGTH),
+        matrix=lambda name: np.roll(render(PARTICLE, FIRST_PEAK, LENGTH), -25, axis=1),
         by_recording=verdicts,
     )
-
-
-def test_1200_recordings_of_full_length_stay_below_8_megabytes():
-    values = make_recording(3, "3mm/r01", samples=525).values
-    said = {"scheme": "leave_one_out", "predicted_mm": 3.0, "estimate_mm": 3.1}
-    said |= {"estimate_low_mm": 2.4, "estimate_high_mm": 3.9, "probability": 0.976}
-    said |= dict.fromkeys(EVIDENCE, 1234.567) | {"location_s": 12.8}
-    distances = {f"rmse_{size}mm": 0.1234567 for size in range(6)} | {"rmse_3mm": 0.1234566}
-    verdicts = [
-        said | {"detector": name} | distances for name in ("template", "diagonal", "taught")
-    ]
-    beats = int(525 / 32 * WINDOWS_A_WAVE)
-    stretches = 7.0, np.linspace(0, 1, beats // STRETCH_STEP)
-    plots = plotted(values, stretches=stretches)
-    assert None not in inflated(plots["drawn"]).values()
-    tables = tables_of({"3mm/r01": verdicts}, {"3mm/r01": plots}, lag=981)
-    ((_, made),) = archive_evidence([ROW | {"recording": "3mm/r01"}], tables)
-    assert None not in inflated(json.loads(made)["judged"]).values()
-    # The figures take 0.9 MB, a recording's row in the table less than 650 bytes.
-    assert 1200 * (len(made) + 650) + 0.9e6 < 8e6
 
 
 def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_template():
@@ -80,7 +58,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     said = dict.fromkeys(EVIDENCE) | {"detector": "template", "scheme": "leave-one-out"}
     said |= {"said": "3 mm", "distances": [0.2, 0.1], "details": "place 15.0 s"}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
-    tables = tables_of(verdicts, Described(), lag=LENGTH + 1)
+    tables = tables_of(verdicts)
     made = dict(archive_evidence(rows, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
@@ -91,10 +69,13 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     assert nodule["verdicts"] == [said | {"outcome": "exact"}] * 2
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     for drawn in (nodule["template"], nodule["fitted"]):
-        assert drawn["peak"][0] == FIRST_PEAK - 1
+        assert drawn["peak"][0] == FIRST_PEAK - 1 - 25
+        assert (drawn["from"], drawn["to"]) == (-25, LENGTH - 25)
+        shapes = (drawn[name][0] for name in ("amplitude", "vertical", "horizontal"))
+        assert tuple(shapes) == (0.33333, 0.3, 9.6667)
     assert nodule["template"]["size"] == "3 mm"
     assert nodule["fit"].startswith("RMSE 0.1000; ")
-    assert nodule["fit"].endswith(f"; lag {LENGTH + 1}")
+    assert nodule["fit"].endswith(f"; lag {LENGTH + 1 - 25}")
     assert healthy["fitted"] is healthy["fit"] is None
     tables.by_recording = {}
     without = dict(archive_evidence(rows, tables))
@@ -129,29 +110,15 @@ def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     assert in_words(row | {"detector": "diagonal"}, None, 1.0)["distances"] == []
 
 
-def test_a_particle_is_drawn_where_the_comparison_found_it():
-    spreads = np.array([0.3, 0.4]), np.array([40.0]), np.array([8.0, 9.0])
-    particle, length = Particle(np.array([1.0, 0.8]), *spreads), 120
-    rendered = render(particle, 30, length)
-    matrix = np.zeros_like(rendered)
-    matrix[:, 25:] = rendered[:, :-25]
-    lag = min(range(1, 2 * length + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
-    drawn = surface(particle, 30, lag, length)
-    assert drawn["peak"] == matrix.argmax(axis=1).tolist()
-    assert (drawn["from"], drawn["to"]) == (25, 25 + length)
-    shapes = [drawn[name] for name in ("amplitude", "vertical", "horizontal")]
-    assert shapes == [[1.0, 0.8], [0.3, 0.4], [8.0, 9.0]]
-
-
-def wave_readings(samples=800, deeper=0.0, sensors=4):
+def wave_readings(samples, deeper):
     """Return readings under a wave, with deeper presses at one place.
 
     Each sensor passes the place 150 samples after the one before it.
     """
     time = np.arange(samples)
     wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
-    noise = generator(1, "readings").normal(0, 0.05, (sensors, samples))
-    middle = 150 + 150 * np.arange(sensors)[:, np.newaxis]
+    noise = generator(1, "readings").normal(0, 0.05, (4, samples))
+    middle = 150 + 150 * np.arange(4)[:, np.newaxis]
     bump = deeper * np.exp(-(((time - middle) / 40) ** 2))
     return 500 - 20 * (1 + bump) * (wave + noise)
 
@@ -186,28 +153,22 @@ def test_the_readings_stay_exact_and_what_the_detectors_judged_by_goes_with_them
     assert without["beats"] is without["gut"] is without["stretches"] is None
 
 
-def gut_of(**wave):
-    """Return beats and gut as the page draws them, with their unpacked values."""
-    beats, gut = along_gut(wave_of(wave_readings(**wave), 10, DIAGONAL), 10, DIAGONAL)
-    return beats, gut, unpack(beats), unpack(gut)[0]
-
-
-@pytest.mark.parametrize("deeper", [0.0, 0.8])
-def test_the_highest_score_along_the_gut_is_that_of_the_verdict_and_beats_are_usual_depths(deeper):
-    passage = passage_of(wave_of(wave_readings(deeper=deeper), 10, DIAGONAL), DIAGONAL)
-    beats, gut, depth, evidence = gut_of(deeper=deeper)
+@pytest.mark.parametrize(("samples", "deeper"), [(800, 0.0), (800, 0.8), (520, 1.5)])
+def test_beats_are_usual_depths_and_the_highest_score_along_the_gut_is_the_verdicts(
+    samples, deeper
+):
+    wave = wave_of(wave_readings(samples, deeper), 10, DIAGONAL)
+    passage, (beats, gut) = passage_of(wave, DIAGONAL), along_gut(wave, 10, DIAGONAL)
+    depth, (evidence,) = unpack(beats), unpack(gut)
     assert evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
     assert gut["step_mm"] * evidence.argmax() == passage.location_mm
     assert beats["passed_s"][0] == round(passage.location_samples / 10, 2)
     assert np.median(depth, axis=1) == pytest.approx(np.ones(4), abs=0.01)
-
-
-def test_beats_are_deeper_where_a_sensor_passes_the_place():
-    beats, _, depth, _ = gut_of(deeper=0.8)
-    deepest_s = beats["first_s"] + beats["step_s"] * depth.argmax(axis=1)
-    assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
-    assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)
-    assert depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
-    # The run ends before the fourth sensor reaches the place where the first three were pressed.
-    *passed, last = gut_of(samples=520, deeper=1.5)[0]["passed_s"]
-    assert None not in passed and last is None
+    if samples == 520:
+        # The run ends before the fourth sensor reaches the place where the first three pressed.
+        assert [each is None for each in beats["passed_s"]] == [False, False, False, True]
+    elif deeper:
+        deepest_s = beats["first_s"] + beats["step_s"] * depth.argmax(axis=1)
+        assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
+        assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)
+        assert depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)

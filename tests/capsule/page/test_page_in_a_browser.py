@@ -5,23 +5,17 @@ import csv
 import io
 import json
 import re
-import runpy
 import shutil
-import sys
 from itertools import product
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from capsule.engine.configuration import read_config_file
-from capsule.page import recordings
 from capsule.recordings.names import without_formula
 from capsule.recordings.recording import read_recording
 from capsule.survey.cycle import STATES
-from capsule.survey.listed import list_surveys
 from support.browser import DESKTOP, EVIL, PAPER, PHONE, RECORDINGS, needed
-from support.project import ROOT
 from support.surveys import head_mm
 
 pytestmark = [pytest.mark.browser, needed]
@@ -145,8 +139,8 @@ def leading_detector(browser):
     return browser.find("#verdicts small").text.split()[1].rstrip(",")
 
 
-def test_the_scheme_changes_the_whole_comparison_and_back_returns(browser, large):
-    browser.open(large, width=400)
+def test_the_scheme_changes_the_whole_comparison_and_back_returns(browser, page):
+    browser.open(page, width=400)
     browser.run(OPEN)
     before = browser.texts(".of-scheme caption")
     browser.run(PICK, "#schemes select", "leave_one_session_out")
@@ -158,7 +152,7 @@ def test_the_scheme_changes_the_whole_comparison_and_back_returns(browser, large
     browser.driver.back()
     browser.wait_until("return location.hash === ''")
     assert browser.texts(".of-scheme caption") == before
-    browser.open(large, "#scheme=leave_one_session_out")
+    browser.open(page, "#scheme=leave_one_session_out")
     assert browser.find("#schemes select").get_attribute("value") == "leave_one_session_out"
 
 
@@ -441,32 +435,12 @@ def test_the_same_inputs_give_the_same_page_but_for_one_marked_line(page, projec
     assert set(changed) <= {mark + 1}
 
 
-@pytest.fixture(scope="module")
-def large(project, tmp_path_factory):
-    """Make the page of the archive as that of a large one, with a second scheme.
-
-    Its table begins with three rows, and its detectors can be compared by both schemes.
-    """
-    results = tmp_path_factory.mktemp("large") / "results"
-    shutil.copytree(project.results, results)
-    for path in (results / "evaluation").glob("*.csv"):
-        text = path.read_text(encoding="utf-8")
-        path.write_text(text.replace("resubstitution", "leave_one_session_out"), encoding="utf-8")
-    surveys = list_surveys(project.folder / "sessions")
-    settings = read_config_file(project.folder / "config" / "config.yaml")
-    settings["surveys"] = {"names": surveys.names, "passed_over": surveys.passed_over}
-    script, page = ROOT / "workflow" / "scripts" / "report.py", results / "report.html"
-    command = [script, "--results", results, "--key", "0" * 20]
-    command += ["--settings", json.dumps(settings), "--output", page]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recordings, "MAX_ROWS", 4)
-        patch.setattr(recordings, "FIRST_ROWS", 3)
-        patch.setattr(sys, "argv", [*map(str, command)])
-        runpy.run_path(str(script), run_name="__main__")
-    return page
-
-
-def test_a_long_table_lists_some_rows_and_sees_all(browser, large, tmp_path):
+def test_a_long_table_lists_some_rows_and_sees_all(browser, page, tmp_path):
+    # As the page of a large archive, of which the table begins with some rows.
+    text = page.read_text(encoding="utf-8")
+    large = tmp_path / "report.html"
+    later = r'<tr data-recording="(?!0mm)[^"]+"'
+    large.write_text(re.sub(later, r"\g<0> hidden", text), encoding="utf-8")
     box = "const { top, bottom } = document.querySelector(arguments[0]).getBoundingClientRect();"
     for width in (DESKTOP, 400):
         # A link brings the row and the drawing into view.
