@@ -103,14 +103,6 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
 
 
-def test_contour_levels_reach_the_highest_value():
-    levels = draw_signals.contour_levels(1.37)
-    assert levels == pytest.approx(0.2 * np.arange(8))
-    assert np.all(np.diff(draw_signals.contour_levels(0.0)) > 0)
-    faint = draw_signals.contour_levels(1.37, with_faint=True)
-    assert faint == pytest.approx([0, 0.04, *levels[1:]])
-
-
 def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
     judged = [

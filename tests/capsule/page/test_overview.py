@@ -90,15 +90,8 @@ def on_days(*counts):
 
 
 BENCH = {"bench": [0, 20, 20]}
-OF_DAYS = [(f"day {size}", kind) for size in SIZES_MM[1:] for kind in (0.0, size) for _ in range(9)]
 OF_SOURCES = [*nodules("phantom"), *[("fabric", 0.0)] * 20]
 OF_RATES = [*nodules("10"), *[("", 0.0)] * 20]
-
-
-def test_the_warning_says_what_follows():
-    said = section("confounded", confounded=overview.confounded_values([told("session", OF_DAYS)]))
-    assert "A detector may have learned the session instead of the size" in said
-    assert "the size of nodules of 1 and 3 mm follows from the session." in said
 
 
 @pytest.mark.parametrize(

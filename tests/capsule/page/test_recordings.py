@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from capsule.detectors.familiar import Familiarity
+from capsule.detectors.unlike import unlike as unlike_line
 from capsule.page import recordings
 from capsule.page.recordings import MAX_MARKS, score_marks
 from capsule.page.tables import Tables
@@ -49,18 +50,19 @@ def test_rows_hold_the_verdict_and_the_reason_of_the_rejected():
 
 # Kills: a recording of which a part is no evidence, or that is unlike, and looks like any other.
 def test_an_accepted_recording_that_is_evidence_in_part_or_unlike_the_others_has_its_reason():
-    part, both = (
-        {"status": "accepted", "reason": "no wave ran from 44.8 s on", "no_verdict": no_verdict}
-        for no_verdict in (UNKNOWN, "no wave")
-    )
-    unlike = Familiarity(False, ("noise",), 0.5, 0.1, 0.2).cells
-    assert recordings._why_not(part, {}) == ["no wave ran from 44.8 s on"]
-    assert recordings._why_not(both, {}) == ["no verdict: no wave", "no wave ran from 44.8 s on"]
-    assert recordings._why_not({"status": "accepted"}, unlike) == [
-        "unlike the recordings that teach: from sample to sample a reading bends by 50.0 % of a "
-        "wave's depth, but 10.0 to 20.0 % in the recordings that teach"
-    ]
-    assert not recordings._why_not({"status": "accepted"}, unlike | {"familiar": ""})
+    ended = "no wave ran from 44.8 s on"
+    index = index_of(*(["2mm/a", 2.0, "accepted", each, "", "", 70.0] for each in (ended, "")))
+    index["no_verdict"] = ["no wave", UNKNOWN]
+    unlike = {"detector": "template"} | Familiarity(False, ("noise",), 0.5, 0.1, 0.2).cells
+
+    def remarks(**verdict):
+        rows = recordings.recording_rows(index, {"2mm/a": [unlike | verdict]}, "template", 1.0, {})
+        return [row["remark"] for row in rows]
+
+    strange = unlike_line(unlike)
+    assert "bends by 50.0 %" in strange
+    assert remarks() == [f"no verdict: no wave; {strange}; {ended}", strange]
+    assert remarks(familiar="") == [f"no verdict: no wave; {ended}", ""]
 
 
 def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_place_left_out():

@@ -107,22 +107,3 @@ def test_what_is_not_shown_is_named():
     values = surveys.page_values([broken], {"a b": "rename"})
     assert values["shown"] == []
     assert values["problems"] == [("broken", "places.csv: line 2"), ("a b", "rename")]
-
-
-def test_a_long_survey_is_thinned(session):
-    time_s, numbers = np.arange(80_000) / 10, np.random.default_rng(1)
-    judged = np.where(np.arange(80_000) % 8 == 7, time_s / 10, np.nan)
-    long = replace(
-        session,
-        time_s=time_s,
-        values=numbers.normal(512, 40, (4, time_s.size)),
-        wave_mm=25 * time_s,
-        **dict.fromkeys(("head_mm", "score", "threshold"), judged),
-    )
-    made = surveys.player(long, track_of(long))
-    shown = [made["score"], *made["signals"]["rows"]]
-    sizes = [unpacked(row).size for row in shown]
-    assert sizes == [surveys.MOST_JUDGEMENTS + 1, *[surveys.MOST_SAMPLES + 1] * 4]
-    # A byte holds each value.
-    steps = [np.nanmax(unpacked(row) - row["low"]) / row["scale"] for row in shown]
-    assert steps == pytest.approx([254] * 5)
