@@ -1,18 +1,15 @@
-"""After a kill or with a full disk, the same command continues the run."""
+"""After a kill, the same command continues the run. Full disks and orphans: capsule/engine."""
 
-import contextlib
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 
-import psutil
 import pytest
 
 from capsule.store.files import UNFINISHED
-from support.project import JOB, Project
+from support.project import JOB
 
 pytestmark = [
     pytest.mark.workflow,
@@ -61,36 +58,6 @@ def test_after_a_kill_the_plain_command_goes_on(new, finished):
     assert not list(new.results.rglob(f"*{UNFINISHED}"))
 
 
-def job_of(run):
-    """Return the process of the script that a run has started; it may take a moment."""
-    while run.poll() is None:
-        for child in psutil.Process(run.pid).children(recursive=True):
-            with contextlib.suppress(psutil.NoSuchProcess):
-                # The shell that calls a script names it behind "-c", in the midst of a command.
-                if any(each.endswith("workflow/scripts/fit.py") for each in child.cmdline()):
-                    return child
-    raise AssertionError("the run has ended without a fit")
-
-
-def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, finished):
-    target = "fits/1mm/r01.json"
-    # The fit is still at work when its run is killed.
-    new.configure(fit={"iterations": 20_000})
-    with new.start(f"results/{target}") as killed:
-        assert any(re.match(r"\d+ of \d+: fit ", line) for line in killed.stdout)
-        orphan = job_of(killed)
-        orphan.suspend()
-        killed.kill()
-    new.configure(fit={"iterations": 20})
-    # The next run deletes this log.
-    with (new.results / "logs/fit/1mm/r01.log").open(encoding="utf-8") as log:
-        assert new.snakemake(f"results/{target}").status == 0
-        orphan.resume()
-        orphan.wait()
-        assert "was killed, and process" in log.read()
-    assert (new.results / target).read_bytes() == (finished.results / target).read_bytes()
-
-
 def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new):
     logs = new.results / "logs/preprocess"
     with new.start(*TABLES, cores=2) as process:
@@ -105,37 +72,3 @@ def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new):
     told = [path.read_text(encoding="utf-8") for path in logs.rglob("*.log")]
     assert told
     assert "Traceback" not in "".join(told)
-
-
-@pytest.fixture
-def on_small_disk(tmp_path):
-    """Return a project whose results lie on a disk of 1.7 MB, which only root may mount."""
-    recordings = ["0mm/r01", "3mm/r01", "3mm/r02"]
-    project = Project.create(tmp_path / "project", recordings, particles=9, iterations=9)
-    # Wide matrices: with the usual ones, the logs would fill so small a disk first.
-    project.configure(preprocessing={"length": 20_000})
-    project.results.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1700k", "tmpfs", project.results]
-    done = subprocess.run(mount, capture_output=True, text=True, check=False)
-    if done.returncode:
-        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
-    yield project
-    subprocess.run(["umount", "--lazy", project.results], check=True)
-
-
-def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(on_small_disk):
-    project = on_small_disk
-    run = project.snakemake("results/templates.npz")
-    assert run.status != 0
-    told = r"error: results/[\w/.-]+: No space left on device; free some space and run again"
-    assert re.search(told, run.output)
-    assert "run the same command again: finished results are kept" in run.output
-    before, done = project.result_bytes(), finished_jobs(project)
-    assert done
-    subprocess.run(["mount", "-o", "remount,size=50m", project.results], check=True)
-    rest = project.snakemake("results/templates.npz")
-    assert rest.status == 0, rest.output
-    assert not set(done) & set(JOB.findall(rest.output)), "a finished job was done again"
-    after = project.result_bytes()
-    whole = [name for name in before if not name.endswith(UNFINISHED)]
-    assert [name for name in whole if after[name] != before[name]] == []

@@ -6,11 +6,10 @@ import re
 from collections import Counter
 
 import pytest
-import yaml
 
 from capsule.recordings.recording import format_recording
 from support.command import output_of
-from support.project import ROOT, Project
+from support.project import Project
 from support.surveys import write_session
 from support.synthetic import make_recording, write_archive
 
@@ -138,15 +137,6 @@ def test_a_recording_or_survey_changes_the_keys_of_all_that_rests_on_it_and_no_o
 def test_a_rule_has_the_settings_and_the_code_that_it_uses_and_no_others(rules, part, of):
     told = rules[1].items()
     assert {rule for rule, each in told if part in each["settings"] or part in each["code"]} == of
-
-
-def test_on_slurm_batches_are_taken_and_every_other_step_runs_beside_snakemake():
-    profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
-    assert profile["config"] == ["recordings_per_job=400"]
-    text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    rules = set(re.findall(r"^(?:use )?rule (?:\w+ as )?(\w+)", text, re.MULTILINE))
-    beside = set(re.findall(r"\w+", re.search(r"localrules:\n((?: +\w+,\n)+)", text)[1]))
-    assert beside <= rules and rules - beside == {"preprocess", "fit"}
 
 
 # What has changed.

@@ -105,6 +105,7 @@ def test_a_run_of_another_kind_is_told_before_the_verdicts(tmp_path):
     usual, slow = (final.judge(each) for each in (run, np.repeat(run, 2, axis=1)[:, :900]))
     assert usual.lines()[0].startswith("detector ")
     assert slow.lines()[0].startswith("unlike the recordings that teach: ")
+    assert slow.advice.startswith("seat the capsule anew: ")
     *_, by_diagonal, _, meant = usual.lines()
     assert re.fullmatch(r"diagonal .* [\d.]+ % +[\d.]+ s, [\d.]+ mm", by_diagonal)
     assert meant.endswith("probability: of a nodule, if 10 % of all recordings have one")

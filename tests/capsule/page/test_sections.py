@@ -105,3 +105,9 @@ def test_of_an_empty_archive_the_page_says_so():
     assert "No labelled recording was judged yet." in text and "No verdict yet" in text
     # Without a recording there is no viewer, without a survey no section on surveys.
     assert not any(part in text for part in ('id="viewer"', 'id="surveys"', 'href="#surveys"'))
+
+
+def test_without_a_healthy_recording_no_false_alarm_is_counted():
+    index = ["1mm/a", 1.0, "accepted", UNKNOWN, "bench", "aa", 70.0]
+    text = filled(page_of(evaluated([("1mm/a", 1.0, 1.0)], (0.0, 1.0)), index))
+    assert "No healthy recording, so no false alarm can occur." in text
