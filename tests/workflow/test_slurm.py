@@ -27,10 +27,7 @@ WITHOUT_ACCOUNTING = [
 ]
 # The last steps that a cluster could change; all after them run beside Snakemake.
 TABLES = ["results/templates.npz", "results/recordings.csv"]
-FITS = ["results/fits/1mm/r01.json", "results/fits/1mm/r02.json"]
-THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
-# A Slurm job for each recording.
-ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
+THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING, "--", *TABLES]
 
 
 def _find(name):
@@ -42,7 +39,7 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.workflow,
     pytest.mark.waits,
-    pytest.mark.takes(18),
+    pytest.mark.takes(30),
     needs(f"not installed (slurm-wlm, munge): {', '.join(MISSING)}" if MISSING else ""),
     needs("slurmd must run as root" if os.geteuid() != 0 else ""),
     pytest.mark.skipif(
@@ -82,7 +79,8 @@ class SingleNodeSlurm:
 
     def end(self):
         """End the jobs and the daemons."""
-        self.end_jobs()
+        self.ask("scancel", *self.jobs())
+        self.wait_for(lambda: not self.jobs(), "the end of the jobs")
         for daemon in reversed(self._daemons):
             daemon.terminate()
         for daemon in self._daemons:
@@ -107,11 +105,6 @@ class SingleNodeSlurm:
                 raise RuntimeError(f"{what} did not come up:\n{''.join(logs)}")
             time.sleep(0.2)
         return held
-
-    def end_jobs(self):
-        """Cancel all jobs, and wait until they have ended."""
-        self.ask("scancel", *self.jobs())
-        self.wait_for(lambda: not self.jobs(), "the end of the jobs")
 
     def _start(self, program, *arguments):
         with (self.folder / f"{program}.out").open("ab") as output:
@@ -153,25 +146,33 @@ PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
 
 
-@pytest.fixture(scope="module")
-def started_cluster(tmp_path_factory):
-    """Return a cluster."""
-    cluster = SingleNodeSlurm(tmp_path_factory.mktemp("cluster") / "slurm")
+@pytest.fixture
+def cluster(tmp_path, monkeypatch):
+    """Return a cluster, which the calls of this test find."""
+    cluster = SingleNodeSlurm(tmp_path / "slurm")
+    for name, value in cluster.environment.items():
+        monkeypatch.setenv(name, value)
     yield cluster
     cluster.end()
 
 
-@pytest.fixture
-def cluster(started_cluster, monkeypatch):
-    """Return the cluster, which the calls of this test find; its jobs end with the test."""
-    for name, value in started_cluster.environment.items():
-        monkeypatch.setenv(name, value)
-    yield started_cluster
-    started_cluster.end_jobs()
-
-
-def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, finished):
-    run = new.snakemake(*THROUGH_SLURM, "--", *TABLES)
+def test_slurm_gives_the_same_results_in_few_jobs_after_those_of_a_killed_run_have_ended(
+    cluster, new, finished
+):
+    node = f"NodeName={cluster.node}"
+    # All jobs wait until the node takes jobs again.
+    cluster.ask("scontrol", "update", node, "State=DRAIN", "Reason=test")
+    with new.start(*THROUGH_SLURM) as killed:
+        jobs = cluster.wait_for(lambda: (found := cluster.jobs())[3:] and found, "four jobs")
+        killed.kill()
+    refused = new.snakemake(*THROUGH_SLURM)
+    assert refused.status != 0
+    assert f"still use this folder ({', '.join(jobs)})" in refused.output
+    remedy = re.search(r"scancel [\d ]*\d", refused.output)
+    cluster.ask(*remedy[0].split())
+    cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
+    cluster.ask("scontrol", "update", node, "State=RESUME")
+    run = new.snakemake(*THROUGH_SLURM)
     assert run.status == 0, run.output
     for name in ("templates.npz", "templates.json"):
         assert (new.results / name).read_bytes() == (finished.results / name).read_bytes()
@@ -182,27 +183,3 @@ def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, finished):
     assert ours == theirs
     # A job for each folder's batch of recordings, and one for the fits of a size.
     assert run.output.count("has been submitted with SLURM jobid") == 4 + 2
-
-
-def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_has(
-    cluster, project, finished
-):
-    for name in FITS:
-        (project.folder / name).unlink()
-    node = f"NodeName={cluster.node}"
-    # Both jobs wait until the node takes jobs again.
-    cluster.ask("scontrol", "update", node, "State=DRAIN", "Reason=test")
-    with project.start(*ONE_BY_ONE, "--", *FITS) as killed:
-        jobs = cluster.wait_for(lambda: (found := cluster.jobs())[1:] and found, "two jobs")
-        killed.kill()
-    refused = project.snakemake(*ONE_BY_ONE, "--", *FITS)
-    assert refused.status != 0
-    assert f"still use this folder ({', '.join(jobs)})" in refused.output
-    remedy = re.search(r"scancel [\d ]*\d", refused.output)
-    cluster.ask(*remedy[0].split())
-    cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
-    cluster.ask("scontrol", "update", node, "State=RESUME")
-    again = project.snakemake(*ONE_BY_ONE, "--", *FITS)
-    assert again.status == 0, again.output
-    for name in FITS:
-        assert (project.folder / name).read_bytes() == (finished.folder / name).read_bytes()

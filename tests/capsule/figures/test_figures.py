@@ -1,6 +1,5 @@
 """The figures: what they show, at every width, and that the bytes are always the same."""
 
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,9 +9,9 @@ import pytest
 from matplotlib.text import Text
 
 from capsule.detectors.registry import DETECTORS
-from capsule.evaluation.columns import COLUMNS, RATES
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
-from capsule.evaluation.measures import ALWAYS, measure_tables
+from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.figures import draw_rates, draw_signals, style
 from capsule.method.particle import Particle, render
@@ -95,6 +94,9 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     assert "zero everywhere" in shown
     assert "not known: no accepted recording" in shown
     assert any(text.startswith("2.5 mm (") for text in shown)
+    # A faint level shows low patterns.
+    low, faint, first, *_ = figure.axes[1].collections[0].levels
+    assert (low, faint) == (0, pytest.approx(first / 5))
     # Kills: a size without a template takes the ticks of all the others.
     assert len(figure.axes[1].get_xticks()) > 1
     assert {axes.get_xlim() for axes in figure.axes[:3]} == {(1, 500)}
@@ -103,7 +105,7 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
 
 
-def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
+def inputs_of(lead="best", sizes_mm=(0.0, 2.0), learning=None, **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
     judged = [
         verdicts(pairs, name, scheme, threshold=0.0)
@@ -111,14 +113,17 @@ def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
         for scheme in SCHEMES
     ]
     predictions = pd.concat(judged).assign(**{f"rmse_{size:g}mm": 0.0 for size in sizes_mm})
-    tables = measure_tables(predictions, list(sizes_mm), RULES, names=[*RATES, "summary"])
+    tables = measure_tables(predictions, list(sizes_mm), RULES, names=[*RATES, "summary", "roc"])
     evaluation = Evaluation(predictions, tables, printed_tables(read_paper(), 0.95))
     settings = {"evaluation": RULES | {"schemes": SCHEMES}, "report": {"lead": lead}}
-    return SimpleNamespace(evaluation=evaluation, settings=settings)
+    return SimpleNamespace(evaluation=evaluation, settings=settings, learning=learning)
+
+
+HALF_RIGHT, ALL_RIGHT = [(0, 0), (0, 2), (2, 2), (2, 0)], [(0, 0), (0, 0), (2, 2), (2, 2)]
 
 
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    inputs = rates_inputs("template", SIZES, template=[(size, size) for size in SIZES])
+    inputs = inputs_of("template", SIZES, template=[(size, size) for size in SIZES])
     exact, within = draw_rates.sizing_drawing(inputs)[1](width).axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
@@ -132,8 +137,7 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     ("lead", "shown"), [("best", ["taught", "template"]), ("template", ["template"])]
 )
 def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, shown):
-    half_right, all_right = [(0, 0), (0, 2), (2, 2), (2, 0)], [(0, 0), (0, 0), (2, 2), (2, 2)]
-    inputs = rates_inputs(lead, template=half_right, taught=all_right)
+    inputs = inputs_of(lead, template=HALF_RIGHT, taught=ALL_RIGHT)
     table, draw = draw_rates.detection_drawing(inputs)
     figure = draw(width)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -150,43 +154,20 @@ def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, s
     assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(names))]
 
 
-def inputs_of(detectors, tables=None, learning=None):
-    """Make the inputs of the figures of curves."""
-    evaluation = SimpleNamespace(tables=tables, detectors=lambda: list(detectors))
-    return SimpleNamespace(evaluation=evaluation, learning=learning)
-
-
-def curves(detectors, sizes=(np.nan, 1.0)):
-    """Return the drawing of curves, and of rates with the baseline's."""
-    rows = [
-        {"scheme": "leave_one_out", "detector": name, "size_mm": size}
-        for name in [*detectors, ALWAYS]
-        for size in sizes
-    ]
-    summary = [row | {"specificity": 0.75, "sensitivity": 0.5} for row in rows]
-    roc = [
-        row | {"false_positive_rate": rate, "true_positive_rate": rate ** detectors[name]}
-        for row in rows
-        if (name := row["detector"]) in detectors
-        for rate in (0.0, 0.5, 1.0)
-    ]
-    table = pd.DataFrame(roc, columns=None if roc else COLUMNS["roc"])
-    tables = {"roc": table, "summary": pd.DataFrame(summary)}
-    return draw_rates.roc_drawing(inputs_of(detectors, tables))
-
-
 def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
-    table, draw = curves({"template": 1, "beats": 1, "diagonal": 0.5})
+    table, draw = draw_rates.roc_drawing(inputs_of(template=HALF_RIGHT, taught=ALL_RIGHT))
     points = table[table["kind"] == "operating point"]
-    assert set(points["false_positive_rate"]) == {0.25}
-    assert set(points["detector"]) == set(table["detector"]) == {"template", "beats", "diagonal"}
+    of_any = points[points["size_mm"].isna()].set_index("detector")["false_positive_rate"]
+    # Beside these stands no point of the baseline.
+    assert of_any.to_dict() == {"template": 0.5, "taught": 0.0}
+    assert set(table["detector"]) == {"template", "taught"}
     figure = draw(width)
     shown = texts(figure)
-    assert "score of template" in shown and "verdicts of beats" in shown
+    assert "score of template" in shown and "verdicts of taught" in shown
     curve = figure.axes[0].get_lines()[1]
     assert (curve.get_xdata()[0], curve.get_ydata()[0]) == (0, 0)
     titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()]
-    assert titles == ["any nodule", "1 mm"]
+    assert titles == ["any nodule", "2 mm"]
     assert style.render_figure(figure, "svg", "roc")
 
 
@@ -199,7 +180,7 @@ def learning_curves(*ranges, **columns):
         for share in (0.25, 0.5, 0.75, 1.0)
     ]
     table = pd.DataFrame(rows, columns=LEARNING).assign(**columns)
-    return draw_rates.learning_drawing(inputs_of(["template", "taught"], learning=table))
+    return draw_rates.learning_drawing(inputs_of(learning=table, taught=ALL_RIGHT))
 
 
 def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
@@ -214,7 +195,7 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
 
 
 def rates_of_no_healthy():
-    inputs = rates_inputs("template", SIZES, template=[(2.5, 2.5), (6, 6)])
+    inputs = inputs_of(sizes_mm=SIZES, template=[(2.5, 2.5), (6, 6)])
     printed = {name: table[:0] for name, table in inputs.evaluation.paper.items()}
     inputs.evaluation = replace(inputs.evaluation, paper=printed)
     return draw_rates.negatives_drawing(inputs)
@@ -224,7 +205,7 @@ def rates_of_no_healthy():
     "drawing",
     [
         rates_of_no_healthy,
-        lambda: curves({}),
+        lambda: draw_rates.roc_drawing(inputs_of(template=[])),
         learning_curves,
         lambda: learning_curves((0, 0), rate=np.nan),
     ],
@@ -232,16 +213,6 @@ def rates_of_no_healthy():
 def test_without_a_recording_the_figure_says_so(drawing):
     _, draw = drawing()
     assert "no recording to count" in texts(draw(style.PAGE_WIDTH_IN))
-
-
-def test_files_are_vectors_that_need_no_font_from_elsewhere(example):
-    figure = draw_signals.draw_preprocessing([example], 1.0, style.COLUMN_WIDTH_IN)
-    svg = style.render_figure(figure, "svg", "preprocessing").decode("utf-8")
-    assert "<image" not in svg and "<text" not in svg
-    width = re.search(r'width="([\d.]+)pt"', svg)
-    assert float(width[1]) == pytest.approx(72 * style.COLUMN_WIDTH_IN)
-    pdf = style.render_figure(figure, "pdf", "preprocessing")
-    assert b"/FontFile2" in pdf and b"/CreationDate" not in pdf
 
 
 INPUTS = SimpleNamespace(
@@ -258,6 +229,13 @@ def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, en
     assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
     write_figure("templates", INPUTS, kind, tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+    # Files are vectors that need no font from elsewhere.
+    figure = written[f"templates.{kind}"]
+    if kind == "svg":
+        assert b"<image" not in figure and b"<text" not in figure
+        assert b'width="%gpt"' % (72 * style.PAGE_WIDTH_IN) in figure
+    else:
+        assert b"/FontFile2" in figure and b"/CreationDate" not in figure
 
 
 # Shapes differ, so that the colour blind and readers in grey tell the series apart.

@@ -50,15 +50,13 @@ def test_the_most_urgent_patient_stands_first():
 
 
 def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_passes():
-    names = ["unlabelled/a", "unlabelled/b"]
-    index = index_of(*([name, NAN, "accepted", NAN, "", "aa", 70.0] for name in names))
+    described = {"unlabelled/a": {"quality": "sensor 2 is loose"}, "unlabelled/b": {"quality": ""}}
+    index = index_of(*([name, NAN, "accepted", NAN, "", "aa", 70.0] for name in described))
     index["site"] = ["p", ""]
-    place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
-    place["probability"] = NAN
-    verdicts = {name: [{"detector": "taught"} | ROW] for name in names}
-    described = [{"quality": "sensor 2 is loose"}, {"quality": ""}]
-    described = dict(zip(names, described, strict=True))
-    first, second = cards.patient_cards(index, verdicts, pd.DataFrame([place]), "taught", described)
+    verdicts = {name: [{"detector": "taught"} | ROW] for name in described}
+    place = {"site": "p", "size_mm": NAN, "passes": 2, "detector": "taught", **ROW}
+    sites = pd.DataFrame([place | {"probability": NAN}])
+    first, second = cards.patient_cards(index, verdicts, sites, "taught", described)
     assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
     assert (second["patient"], second["passes"]) == ("b", 0)
     assert first["quality"] == "sensor 2 is loose"

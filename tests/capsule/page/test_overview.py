@@ -90,14 +90,12 @@ def on_days(*counts):
 
 
 BENCH = {"bench": [0, 20, 20]}
-OF_SOURCES = [*nodules("phantom"), *[("fabric", 0.0)] * 20]
 OF_RATES = [*nodules("10"), *[("", 0.0)] * 20]
 
 
 @pytest.mark.parametrize(
     ("key", "pairs", "counts"),
     [
-        ("source", OF_SOURCES, {"phantom": [0, 20, 20], "fabric": [20, 0, 0]}),
         ("rate_hz", OF_RATES, {"10 Hz": [0, 20, 20], "not said": [20, 0, 0]}),
         # Kills: a row of rarer values that stands for a single one.
         ("session", on_days(9, 8, 7, 6, 5), BENCH | {f"day {n}": [9 - n, 0, 0] for n in range(5)}),

@@ -243,7 +243,6 @@ def test_a_recording_is_chosen_by_click_key_and_address_and_back_returns(browser
         ("#recording=no/such&detector=diagonal", "unlabelled/u1"),
         ("#detector=%3Cscript%3E&recording=1mm/r01", "1mm/r01"),
         ("#recording=__proto__&scheme=constructor", "unlabelled/u1"),
-        ("#recording=&detector=", "unlabelled/u1"),
         ("#made", "unlabelled/u1"),
     ],
 )
