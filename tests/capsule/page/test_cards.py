@@ -19,22 +19,9 @@ ROW |= {"estimate_low_mm": 1.8, "estimate_high_mm": 3.2, "location_s": 13.6, "lo
 ROW |= {"familiar": "yes", "unfamiliar_because": ""}
 
 
-def made_of(**changes):
-    """Return the cards of patients whose rows differ from that of a nodule as named."""
-    verdicts = {
-        f"unlabelled/{name}": [
-            {"detector": each, **ROW, **change} for each in ("taught", "diagonal")
-        ]
-        for name, change in changes.items()
-    }
-    rows = [[f"unlabelled/{name}", NAN, "accepted", NAN, "", "aa", 70.0] for name in changes]
-    rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
-    described = {name: {"quality": ""} for name in verdicts}
-    sites = pd.DataFrame(columns=["site", "size_mm", "detector"])
-    return cards.patient_cards(index_of(*rows), verdicts, sites, "taught", described)
-
-
+# How the rows of patients differ from that of a nodule.
 CHANGES = {
+    "passed": {},
     "quiet": {"score": 0.5, "probability": 0.01},
     "strange": {"familiar": "no", "unfamiliar_because": "noise step_s"}
     | {"unlike_value": 0.5, "unlike_least": 0.1, "unlike_most": 0.2},
@@ -42,25 +29,36 @@ CHANGES = {
     "likely": {"probability": 0.8},
     "sure": {},
 }
-ORDER = ["sure", "likely", "doubtful", "strange", "bad", "quiet"]
 
 
-def test_the_most_urgent_patient_stands_first():
-    assert [card["patient"] for card in made_of(**CHANGES)] == ORDER
-
-
-def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_passes():
-    described = {"unlabelled/a": {"quality": "sensor 2 is loose"}, "unlabelled/b": {"quality": ""}}
-    index = index_of(*([name, NAN, "accepted", NAN, "", "aa", 70.0] for name in described))
-    index["site"] = ["p", ""]
-    verdicts = {name: [{"detector": "taught"} | ROW] for name in described}
-    place = {"site": "p", "size_mm": NAN, "passes": 2, "detector": "taught", **ROW}
+@pytest.fixture(scope="module")
+def patients():
+    """Return the cards of all patients in their order; "passed" is that of a place."""
+    verdicts = {
+        f"unlabelled/{name}": [
+            {"detector": each, **ROW, **change} for each in ("taught", "diagonal")
+        ]
+        for name, change in CHANGES.items()
+    }
+    rows = [[name, NAN, "accepted", NAN, "", "aa", 70.0] for name in verdicts]
+    rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
+    index = index_of(*rows)
+    index["site"] = index["recording"].map({"unlabelled/passed": "place"})
+    place = {"site": "place", "size_mm": NAN, "passes": 2, "detector": "taught", **ROW}
     sites = pd.DataFrame([place | {"probability": NAN}])
-    first, second = cards.patient_cards(index, verdicts, sites, "taught", described)
-    assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
-    assert (second["patient"], second["passes"]) == ("b", 0)
-    assert first["quality"] == "sensor 2 is loose"
-    assert "2 passes together." in said_of(first)
+    described = {name: {"quality": ""} for name in verdicts}
+    described["unlabelled/passed"] = {"quality": "sensor 2 is loose"}
+    made = cards.patient_cards(index, verdicts, sites, "taught", described)
+    return {card["patient"]: card for card in made}
+
+
+def test_the_most_urgent_patient_stands_first_before_it_a_place_by_all_its_passes(patients):
+    order = ["place", "sure", "likely", "doubtful", "strange", "bad", "quiet"]
+    assert list(patients) == order
+    place = patients["place"]
+    assert (place["names"], place["passes"]) == (["unlabelled/passed"], 2)
+    assert place["quality"] == "sensor 2 is loose"
+    assert patients["sure"]["passes"] == 0
 
 
 def said_of(card):
@@ -74,6 +72,7 @@ def said_of(card):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
+        ("place", "2 passes together."),
         ("sure", "Nodule, 2.5 mm <small>(1.8 to 3.2)</small>"),
         ("sure", "6 mm from the start (13.6 s). Probability 90 %. Both detectors agree."),
         ("sure", "Each sensor in turn was pressed 2.0 times as deep as usual."),
@@ -87,9 +86,8 @@ def said_of(card):
         ("bad", "Rejected: the file is empty."),
     ],
 )
-def test_a_card_says_what_to_do_and_why(name, words):
-    (card,) = [each for each in made_of(**CHANGES) if each["patient"] == name]
-    assert words in said_of(card)
+def test_a_card_says_what_to_do_and_why(patients, name, words):
+    assert words in said_of(patients[name])
 
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
