@@ -84,19 +84,16 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
         assert [getattr(each, end) for each in meaning] == pytest.approx(with_both)
 
 
-@pytest.mark.parametrize(
-    ("healthy", "alarms", "nodules", "found", "reason"),
-    [
+def test_the_page_says_why_no_size_is_reliably_found():
+    for *counts, reason in (
         (20, 0, 20, 20, ""),
         (20, 5, 20, 20, "the lower bound of the specificity is 56.8 %"),
         (0, 0, 20, 20, "the lower bound of the specificity is missing"),
         (20, 0, 9, 9, "9 recordings of a size; it takes 16, all found"),
         (20, 0, 20, 15, "the lower bound of the sensitivity of the largest size is lower"),
-    ],
-)
-def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, found, reason):
-    rates = rates_of(evaluated(verdicts(healthy, alarms, nodules, found)))
-    assert answers_of(rates, *OF_RULE).not_reliable(0.85) == reason
+    ):
+        rates = rates_of(evaluated(verdicts(*counts)))
+        assert answers_of(rates, *OF_RULE).not_reliable(0.85) == reason
 
 
 def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_it():
@@ -172,9 +169,8 @@ def setups_of(setups, size_mm=0.0, session="late"):
     return pd.DataFrame({**columns, "size_mm": size_mm, "session": session})
 
 
-@pytest.mark.parametrize(
-    ("judged", "teaching", "scheme", "new"),
-    [
+def test_rates_hold_over_new_set_ups_only_if_three_that_taught_nothing_were_judged():
+    for judged, teaching, scheme, new in (
         ("abcc", "d", "held_out", True),
         ("abb", "d", "held_out", False),
         # A set-up that also teaches is no new one.
@@ -185,13 +181,11 @@ def setups_of(setups, size_mm=0.0, session="late"):
         ("abc", "abc", "leave_one_setup_out", True),
         ("ab", "ab", "leave_one_setup_out", False),
         ("", "", "held_out", False),
-    ],
-)
-def test_rates_hold_over_three_new_set_ups_that_taught_nothing(judged, teaching, scheme, new):
-    scope = told_of.scope_of(setups_of(judged), setups_of(teaching), scheme)
-    assert scope.new is new
-    expected = "over new set-ups (3 were" if new else "for further runs of these set-ups"
-    assert scope.text().startswith(expected)
+    ):
+        scope = told_of.scope_of(setups_of(judged), setups_of(teaching), scheme)
+        assert scope.new is new
+        expected = "over new set-ups (3 were" if new else "for further runs of these set-ups"
+        assert scope.text().startswith(expected)
 
 
 def test_each_table_says_for_what_the_rates_of_its_schemes_hold():

@@ -126,24 +126,19 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
     assert judged["right"].tolist() == [True, False, False, False, False, True]
 
 
-@pytest.mark.parametrize(
-    ("scheme", "setups", "unit"),
-    [
+def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_them_out():
+    for scheme, setups, unit in (
         ("held_out", "aabbcc", "setup"),
         ("leave_one_session_out", "aabbcc", "setup"),
         ("leave_one_out", "aabbcc", "place"),
         ("resubstitution", "aabbcc", "place"),
         ("held_out", "aabbbb", "place"),
         ("held_out", ["a", "a", "b", "b", "c", ""], "place"),
-    ],
-)
-def test_clusters_are_set_ups_if_three_are_known_and_the_scheme_leaves_them_out(
-    scheme, setups, unit
-):
-    judged = one(of([0] * 6, [0] * 6, scheme=scheme), setup=setups)
-    assert rates.cluster_unit(judged) == unit
-    # Of two kinds of recordings, both need set-ups of their own.
-    assert rates.cluster_unit(judged, judged[:2]) == "place"
+    ):
+        judged = one(of([0] * 6, [0] * 6, scheme=scheme), setup=setups)
+        assert rates.cluster_unit(judged) == unit
+        # Of two kinds of recordings, both need set-ups of their own.
+        assert rates.cluster_unit(judged, judged[:2]) == "place"
 
 
 def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
@@ -161,14 +156,10 @@ def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
 
 
 def test_what_people_wrote_stays_as_they_wrote_it(tmp_path):
-    path = tmp_path / "sites.csv"
-    rows = [
-        {"site": "01", "score": 1.5, "recordings": 2, "detected": True},
-        {"site": "NA", "score": None, "recordings": 3, "detected": False},
-        {"site": "nan", "score": UNKNOWN, "recordings": 3, "detected": False},
-        {"site": "1e3", "score": -1.0, "recordings": 1, "detected": True},
-        {"site": None, "score": -1.0, "recordings": 1, "detected": True},
-    ]
+    path, sites = tmp_path / "sites.csv", ["01", "NA", "nan", "1e3", None]
+    pairs = zip(sites, [1.5, None, UNKNOWN, -1.0, -1.0], strict=True)
+    usual = {"recordings": 2, "detected": True}
+    rows = [{"site": site, "score": score} | usual for site, score in pairs]
     write_csv(path, list(rows[0]), rows)
     read = read_table(path)
     assert read["site"].iloc[:4].tolist() == ["01", "NA", "nan", "1e3"]
@@ -243,12 +234,8 @@ def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
 
 
 def test_a_size_is_within_the_tolerance_if_a_nodule_is_found():
-    for true, predicted, tolerance_mm, within in (
-        (1.0, 0.0, 1.0, 0),
-        (1.0, 2.0, 1.0, 1),
-        (2.5, 2.3, 0.2, 1),
-        (2.0, 4.0, 1.0, 0),
-    ):
+    rows = [(1.0, 0.0, 1.0, 0), (1.0, 2.0, 1.0, 1), (2.5, 2.3, 0.2, 1), (2.0, 4.0, 1.0, 0)]
+    for true, predicted, tolerance_mm, within in rows:
         made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
         assert (made["within"], made["exact"]) == (within, 0)
         # A missed nodule counts as 0 mm.
