@@ -31,7 +31,6 @@ from support.marks import needs_terminals
     ("fault", "kind", "word"),
     [
         (serial.SerialException(errno.EACCES, "could not open"), NoPermissionError, "dialout"),
-        (serial.SerialException(errno.EAGAIN, "not exclusively lock"), PortBusyError, "in use"),
         (serial.SerialException("FileNotFoundError(2, ...)"), BoardNotFoundError, "no port"),
         (serial.SerialException("something else"), AcquisitionError, "something else"),
         (serial.SerialException("PermissionError(13, 'denied')"), PortBusyError, "in use"),

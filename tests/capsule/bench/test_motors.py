@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import board, fold, survey_bench, wave
+from capsule.bench import bench_errors, board, fold, survey_bench, wave
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.fold import FoldBoard
 from capsule.bench.survey_bench import BoardBench
@@ -148,7 +148,7 @@ def test_a_wave_without_a_lease_runs_and_one_that_the_motor_cannot_make_is_refus
     Drive(board_on(line), WAVE, LOG).set_up()
     assert "the wave will not stop if this computer fails" in told[0]
     line.answers["speed"] = "E,speed,the motor follows 800"
-    with pytest.raises(AcquisitionError, match="refuses 'speed,25': the motor follows 800"):
+    with pytest.raises(bench_errors.RefusedError, match="refuses 'speed,25': the motor"):
         Drive(board_on(line), WAVE, LOG).set_up()
 
 
@@ -216,7 +216,7 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     assert "fold" not in unfolded.sent and "start" not in drive.sent
     line.sent = drive.sent = []
     bench_on(fold=line, peristalsis=drive)[0].leave()
-    assert [told for told in line.sent if told in ("stop", "unfold")] == ["stop", "unfold"]
+    assert [each for each in line.sent if each in ("stop", "unfold")] == ["stop", "unfold"]
     assert said in capsys.readouterr().err
 
 
