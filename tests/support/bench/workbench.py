@@ -4,7 +4,7 @@ import contextlib
 import os
 import select
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -165,21 +165,11 @@ class Workbench:
         self.run(lambda: self.now_us >= end_us, stretch_us=stretch_us)
 
 
-def counts_at(stretch: int) -> tuple[int, int, int, int]:
-    """Return ADC counts that tell a stretch of time twice, so that no two samples can be mixed."""
-    high, low = divmod(stretch, 1024)
-    return high, low, (7 * stretch + 3) % 1024, (11 * stretch + 5) % 1024
-
-
-def taken_at_s(counts: Sequence[float]) -> float:
-    """Return the time at which a sample was taken, in s."""
-    stretch = int(counts[0]) * 1024 + int(counts[1])
-    assert tuple(counts) == counts_at(stretch), f"{counts} was never measured"
-    return stretch * STRETCH_S
-
-
 class Clock:
-    """A world whose voltages encode the time, so that every sample contains its true time."""
+    """A world whose voltages encode the number of the stretch, so each sample tells its true time.
+
+    It is in two counts of 10 bits and in their complements, so that no two samples can be mixed.
+    """
 
     def __init__(self, board: EmulatedBoard) -> None:
         self._board = board
@@ -187,5 +177,6 @@ class Clock:
     def __call__(self, start_s: float, end_s: float) -> None:
         """Set the voltages of one stretch, in the middle of each step of the ADC."""
         del end_s
-        voltages_mv = (np.array(counts_at(round(start_s / STRETCH_S))) + 0.5) * 5000 / 1024
+        told = np.array(divmod(round(start_s / STRETCH_S), 1024))
+        voltages_mv = (np.concatenate([told, 1023 - told]) + 0.5) * 5000 / 1024
         self._board.set_voltages(voltages_mv, voltages_mv)
