@@ -109,6 +109,11 @@ def test_each_key_is_looked_at_and_a_missing_line_is_a_value(key):
     (found,) = confounded_keys(rows, [])
     assert (found.key, set(found.counts)) == (key, {"", "7"})
     assert in_words([found]) == f"whether there is a nodule follows from the {KEYS[key]}"
+    # What follows from several keys is one clause.
+    two = told([*healthy("A"), *nodules("B")])
+    said = in_words([two, two, told(BOTH_OF_DAYS)])
+    assert said.count("from the session") == 3 and "nodules of 1, 2, 3, 4 and 5 mm" in said
+    assert in_words([]) == ""
 
 
 def test_versions_of_a_simulator_are_sources_but_its_seeds_are_not():
@@ -118,10 +123,3 @@ def test_versions_of_a_simulator_are_sources_but_its_seeds_are_not():
     versions = [(source.format(4 + (each > 0), n), each) for n, (_, each) in enumerate(pairs)]
     (found,) = confounded_keys(rows_of(versions), [])
     assert set(found.counts) == {"simulated phantom, version 4", "simulated phantom, version 5"}
-
-
-def test_what_follows_from_several_keys_is_one_clause():
-    two = told([*healthy("A"), *nodules("B")])
-    said = in_words([two, two, told(BOTH_OF_DAYS)])
-    assert in_words([]) == ""
-    assert said.count("from the session") == 3 and "nodules of 1, 2, 3, 4 and 5 mm" in said

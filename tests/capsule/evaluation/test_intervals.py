@@ -289,11 +289,9 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     above = np.array([np.mean(healthy < score) for score in nodule])
     # DeLong (1988) without clusters, and Obuchowski (1997) with them.
     alone = below.var(ddof=1) / 18 + above.var(ddof=1) / 10
-    clustered = 0.0
-    for cluster in range(11):
-        of_mean = math.sqrt(6 / 5) * (below[of_healthy == cluster] - below.mean()).sum() / 18
-        of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - below.mean()).sum() / 10
-        clustered += of_mean**2
+    sums = math.sqrt(6 / 5) * np.bincount(of_healthy, below - below.mean(), 11) / 18
+    sums += math.sqrt(5 / 4) * np.bincount(of_nodule, above - below.mean(), 11) / 10
+    clustered = sums @ sums
     student = intervals.student_factor(5, 0.95)
     factor = student / max(clustered / alone, 1.0)
     units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]

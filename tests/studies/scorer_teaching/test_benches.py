@@ -78,11 +78,10 @@ def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
 def test_every_form_of_the_wave_is_drawn_and_a_random_phantom_differs_in_what_is_drawn_only():
     assert {bench(number).wave.form for number in range(60)} == set(WAVE_FORMS)
     base = read_phantom(DEFAULT_TABLE, [])
-    drawn = draw_phantom(base, streams(0)("parameters"))
-    assert drawn == draw_phantom(base, streams(0)("parameters"))
+    drawn, again = (draw_phantom(base, streams(0)("parameters")) for _ in range(2))
+    assert drawn == again
     assert drawn.sensor.noise != base.sensor.noise
-    assert drawn.origami == base.origami
-    assert drawn.electronics == base.electronics
+    assert (drawn.origami, drawn.electronics) == (base.origami, base.electronics)
 
 
 def test_an_episode_holds_the_beats_of_each_recording_and_many_benches_become_episodes():
