@@ -85,10 +85,7 @@ def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     setups = 2 * ["0mm"] + 3 * ["2mm"] + 2 * ["2mm/2"] + 2 * ["2mm/3"]
     assert [run.setup for run in planned] == setups
     # Numbers that do not fit are refused.
-    for runs, setups, told in (
-        ([2, 2, 2], 1, "3 numbers for 2 sizes"),
-        (2, [1, 3], "need as many"),
-    ):
+    for runs, setups, told in (([2] * 3, 1, "3 numbers for 2"), (2, [1, 3], "need as many")):
         with pytest.raises(CapsuleError, match=told):
             planned_runs([0, 2], runs, 1, setups)
     set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
