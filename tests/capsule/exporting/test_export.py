@@ -288,7 +288,8 @@ def test_parquet_holds_each_table_with_its_units(files, exported, made):
 
 def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
     read = xarray.load_datatree(files / "netcdf/all.nc", engine="h5netcdf")
-    assert read["readings"].dims == ("recording", "sensor", "time")
+    for array, axis in (("readings", "time"), ("matrix", "column")):
+        assert read[array].dims == ("recording", "sensor", axis) and read[array].encoding["zlib"]
     assert read["template"].dims == ("size", "sensor", "size_column")
     assert (read["time"].attrs["units"], read["readings"].attrs["units"]) == ("s", "V or counts")
     for name, signal in made[1].items():
