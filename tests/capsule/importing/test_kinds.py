@@ -287,7 +287,8 @@ BACKWARDS = ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
 CUT_LOG = f"ready\n{LABELLED}S1:5\n"
 PASSED_OVER = {"import_passed_over": "2 lines without a whole sample"}
 TWICE = "# session: monday\n# session: monday"
-CUT_BOTH, CUT_NOTE = lines(*VOLTS, head="")[1:-3], "note: line 1, with 0.29004, "
+CUT_BOTH = lines(*VOLTS, head="")[1:-3]
+CUT_NOTE = "1, with 0.29004, 2.42676, 2.59766, 2.63672, is passed over: 0.29004 is far from"
 ONE_FAR = np.where(np.outer([0, 0, 1, 0], TIME_S == 10), 5, COUNTS)
 TWO_FAR = np.where(np.outer([0, 0, 1, 0], TIME_S == 10.1), 53, ONE_FAR)[:, :120]
 LAST_FAR = np.where(np.outer([0, 0, 0, 1], TIME_S == 52.4), COUNTS // 100, COUNTS)
@@ -353,7 +354,7 @@ READ = {
     "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, FAR_NUMBER),
     "a reading that lacks digits": good(lines(TIME_S, *ONE_FAR), ONE_FAR, "", ONE_FAR_TOLD),
     "two readings that lack digits": good(
-        lines(TIME_S[:120], *TWO_FAR), TWO_FAR, "", "line 102 and line 103: 5 and 53 of sensor_3 is"
+        lines(TIME_S[:120], *TWO_FAR), TWO_FAR, "", "line 103: 5 and 53 of sensor_3 is far from "
     ),
     "a last reading that lacks digits": good(lines(TIME_S, *LAST_FAR), LAST_FAR, "", LAST_FAR_TOLD),
     **{
@@ -367,6 +368,7 @@ READ = {
 def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, kind):
     row = READ[kind]
     imported = row.check_read(tmp_path)
+    assert imported.shown.count("is far from") == row.words.count("is far from")
     options = "--map", tmp_path / "lab.yaml"
     again = import_files(tmp_path / "again", row.written(tmp_path), *options)
     row.check(again)
