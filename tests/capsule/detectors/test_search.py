@@ -20,12 +20,11 @@ def find_beats(values, period=32.0):
     return beats_of(wave_of(values, 10, wave | divider), wave)
 
 
-def readings(samples=700, period=32.0, position_mm=None, deeper=0.0, centre=350):
-    """Return readings of four sensors that each wave presses, and harder around one sample."""
+def readings(samples=700, period=32.0, position_mm=0.0, deeper=0.0):
+    """Return readings of four sensors that each wave presses, and harder around sample 350."""
     sample = np.arange(samples)
-    travelled = np.zeros(samples) if position_mm is None else position_mm
-    phase = 2 * np.pi * (sample / period - travelled / 80.0)
-    extra = deeper * np.exp(-0.5 * ((sample - centre) / 30.0) ** 2)
+    phase = 2 * np.pi * (sample / period - position_mm / 80.0)
+    extra = deeper * np.exp(-0.5 * ((sample - 350) / 30.0) ** 2)
     pressed = np.maximum(np.cos(phase - np.arange(4)[:, np.newaxis]) + extra, 0.0)
     noise = generator(1, "beats").normal(0.0, 0.01, pressed.shape)
     return 40 * (pressed + noise) - 512
