@@ -37,8 +37,7 @@ class Browser:
         service = selenium.ChromeService(shutil.which("chromedriver"))
         self.driver = selenium.Chrome(options=options, service=service)
         self._command("Network.enable")
-        offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
-        self._command("Network.emulateNetworkConditions", **offline)
+        self._let(offline=True)
 
     def open(self, page, fragment="", *, width=DESKTOP, dark=False):
         """Open a page from disk at a width, light or dark."""
@@ -51,8 +50,7 @@ class Browser:
 
     def visit(self, address):
         """Open a page that a server on this computer sends."""
-        online = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
-        self._command("Network.emulateNetworkConditions", **online)
+        self._let(offline=False)
         self._resize(DESKTOP)
         self.driver.get(address)
 
@@ -109,20 +107,11 @@ class Browser:
             selector,
         )
 
-    def violations(self, selector="html"):
-        """Return the accessibility faults that axe-core finds in an element, one line each."""
+    def violations(self):
+        """Return the accessibility faults that axe-core finds, each with what has it."""
         self.run(AXE.read_text(encoding="utf-8"))
-        found = self.driver.execute_async_script(
-            "const done = arguments[1];"
-            "axe.run(arguments[0], {resultTypes: ['violations']})"
-            ".then((result) => done(result.violations), (error) => done([{id: String(error)}]));",
-            selector,
-        )
-        return [
-            f"{fault['id']}: {fault.get('help', '')} {node['target']}"
-            for fault in found
-            for node in fault.get("nodes", [{"target": ""}])
-        ]
+        found = self.run("return axe.run({ resultTypes: ['violations'] })")["violations"]
+        return [(fault["help"], [node["target"] for node in fault["nodes"]]) for fault in found]
 
     def wait_for_frame(self):
         """Wait until the browser is about to draw the page again."""
@@ -147,6 +136,10 @@ class Browser:
     def close(self):
         """End the browser."""
         self.driver.quit()
+
+    def _let(self, *, offline):
+        speed = dict.fromkeys(("downloadThroughput", "uploadThroughput"), -1)
+        self._command("Network.emulateNetworkConditions", offline=offline, latency=0, **speed)
 
     def _resize(self, width):
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}

@@ -19,6 +19,9 @@ DETECTOR = {
     "full_scale": 1024,
     "pressing_lowers_reading": True,
 }
+# The states of the fold board, and the times in s that lie between them.
+FOLDS = np.array(["unfolded", "folding", "folded", "unfolding", "unfolded"])
+MOVES_S = [120, 125.6, 200, 205.6]
 # Time in s, state before, event, state after, position in mm, score.
 EVENTS = [
     (8.0, "starting", "placed", "exploring", 4.0, None),
@@ -43,28 +46,14 @@ PLACE_HEAD += ["evidence", "height", "threshold", "recordings"]
 
 def head_mm(time_s):
     """Return the position of the head, which moves at 0.5 mm/s, except on the way back."""
-    back = np.interp(time_s, [125.6, 200.0], [60.0, 22.0])
-    again = 22.0 + 0.5 * (time_s - 205.6)
-    return np.select(
-        [time_s <= 120, time_s <= 125.6, time_s <= 200, time_s <= 205.6],
-        [0.5 * time_s, 60.0, back, 22.0],
-        again,
-    )
+    return np.interp(time_s, [0, *MOVES_S, 344], [0, 60, 60, 22, 22, 91.2])
 
 
-def fold_at(time_s):
-    """Return the states of the fold board."""
-    return np.select(
-        [time_s <= 120, time_s <= 125.6, time_s <= 200, time_s <= 205.6],
-        ["unfolded", "folding", "folded", "unfolding"],
-        "unfolded",
-    )
-
-
-def stream_rows(until_s=344.0):
+def stream_rows():
     """Return the head and the rows of stream.csv."""
-    time_s = np.round(np.arange(0, until_s + 0.05, 1 / RATE_HZ), 3)
-    wave_mm, head, fold = WAVE_MM_S * time_s, head_mm(time_s), fold_at(time_s)
+    time_s = np.round(np.arange(0, 344.05, 1 / RATE_HZ), 3)
+    wave_mm, head = WAVE_MM_S * time_s, head_mm(time_s)
+    fold = FOLDS[np.searchsorted(MOVES_S, time_s)]
     rows = []
     for number, now_s in enumerate(time_s):
         behind_mm = head[number] - PITCH_MM * np.arange(4)
