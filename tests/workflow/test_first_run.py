@@ -42,10 +42,6 @@ IN_PART = {
 HELD_OUT = "2.5mm/h01"
 
 
-def is_fitted(name):
-    return not name.startswith(("0mm", "unlabelled")) and name != HELD_OUT
-
-
 def recordings_of(project):
     """Return the names of a project's recordings."""
     return [f"{path.parent.name}/{path.stem}" for path in sorted(project.raw.glob("*/*.csv"))]
@@ -120,7 +116,7 @@ def test_the_library_gives_the_workflows_recordings_fits_and_templates_to_the_bi
         assert matrix.shape == (4, 1000)
         np.testing.assert_array_equal(loaded.readings[name], signal)
         np.testing.assert_array_equal(loaded.matrices[name], matrix)
-    for name in filter(is_fitted, names):
+    for name in ("1mm/r01", "1mm/r02", "2.5mm/r01", "2.5mm/r02"):
         stored = json.loads((finished.results / "fits" / f"{name}.json").read_text())
         fit = loaded.fit(name)
         made = {key: value.tolist() for key, value in vars(fit.particle).items()}

@@ -22,14 +22,6 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 KILLED_AT = 6
 
 
-def finished_jobs(project):
-    """Return the messages of the jobs that the last run has finished, from Snakemake's log."""
-    *_, log = sorted((project.folder / ".snakemake/log").glob("*.log"))
-    text = log.read_text(encoding="utf-8")
-    by_number = dict(re.findall(r"^Job (\d+): (.+)", text, re.MULTILINE))
-    return [by_number[number] for number in re.findall(r"^Finished jobid: (\d+)", text, re.M)]
-
-
 def half_written(project, expected):
     """Return the results that have their final name, but another content."""
     return [
@@ -47,12 +39,15 @@ def test_after_a_kill_the_plain_command_goes_on(new, finished):
             if line.startswith(f"{KILLED_AT} of "):
                 os.killpg(killed.pid, signal.SIGKILL)
     assert killed.returncode == -signal.SIGKILL
-    done = finished_jobs(new)
+    (log,) = (new.folder / ".snakemake/log").glob("*.log")
+    text = log.read_text(encoding="utf-8")
+    by_number = dict(re.findall(r"^Job (\d+): (.+)", text, re.MULTILINE))
+    done = {by_number[number] for number in re.findall(r"^Finished jobid: (\d+)", text, re.M)}
     assert done
     assert half_written(new, expected) == []
     run = new.snakemake(*TABLES)
     assert run.status == 0, run.output
-    assert not set(done) & set(JOB.findall(run.output)), "a finished job was done again"
+    assert not done & set(JOB.findall(run.output)), "a finished job was done again"
     assert half_written(new, expected) == []
     assert {"detections.csv", "templates.npz"} <= new.result_bytes().keys()
     assert not list(new.results.rglob(f"*{UNFINISHED}"))

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-from collections import Counter
 
 import pytest
 
@@ -57,14 +56,8 @@ EVERY = {"preprocess", "list", "list_labelled", "fit", "describe", "plot", "temp
 EVERY |= {"evaluate", "detect", "draw", "report"}
 
 
-def once(*rules, **others):
-    """Return the number of jobs of each rule, one of those that are only named."""
-    return Counter(dict.fromkeys(rules, 1) | others)
-
-
-def other_recording():
-    """Return another recording of a nodule."""
-    return format_recording(make_recording(3.0, "3mm/other"))
+# Another recording of a nodule.
+OTHER = format_recording(make_recording(3.0, "3mm/other"))
 
 
 # What the key of a rule covers.
@@ -150,10 +143,10 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
         os.utime(path, (4e9, 4e9))
     edited = project.raw / "2.5mm/r02.csv"
     whole = edited.read_bytes()
-    edited.write_bytes(other_recording())
+    edited.write_bytes(OTHER)
     os.utime(edited, (1e9, 1e9))
     write_archive(project.raw, ["1mm/r03", "unlabelled/other"])
-    single = once("list", "list_labelled", "templates", "evaluate", "detect")
+    single = dict.fromkeys(("list", "list_labelled", "templates", "evaluate", "detect"), 1)
     run = project.snakemake(*TABLES)
     assert run.jobs == single | {"preprocess": 3, "fit": 2, "describe": 3}, run.output
     before, changed = finished.result_bytes(), project.result_bytes()
@@ -175,7 +168,7 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
 
 @pytest.mark.slow
 def test_after_a_failed_job_the_next_call_makes_it_and_all_behind_it(project):
-    (project.raw / "2.5mm/r02.csv").write_bytes(other_recording())
+    (project.raw / "2.5mm/r02.csv").write_bytes(OTHER)
     path = project.folder / "workflow/scripts/evaluate.py"
     whole = path.read_bytes()
     path.write_bytes(whole.replace(b"def main() -> None:\n", b"def main() -> None:\n    1 / 0\n"))
@@ -186,7 +179,7 @@ def test_after_a_failed_job_the_next_call_makes_it_and_all_behind_it(project):
     assert '<p class="outdated" role="alert">This report is out of date' in page
     path.write_bytes(whole)
     run = project.snakemake("results/detections.csv")
-    assert run.jobs == once("evaluate", "detect"), run.output
+    assert run.jobs == {"evaluate": 1, "detect": 1}, run.output
 
 
 def test_a_recording_that_is_away_while_the_list_is_made_is_in_the_list(project):

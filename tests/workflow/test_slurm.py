@@ -25,9 +25,7 @@ WITHOUT_ACCOUNTING = [
     "--max-status-checks-per-second=10",
     "--latency-wait=5",
 ]
-# The last steps that a cluster could change; all after them run beside Snakemake.
-TABLES = ["results/templates.npz", "results/recordings.csv"]
-THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING, "--", *TABLES]
+THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
 
 
 def _find(name):
@@ -181,5 +179,6 @@ def test_slurm_gives_the_same_results_in_few_jobs_after_those_of_a_killed_run_ha
         for rows in (each.table("recordings.csv") for each in (new, finished))
     )
     assert ours == theirs
-    # A job for each folder's batch of recordings, and one for the fits of a size.
+    # A job for each folder's batch of recordings, and one for the fits of a size; all other steps
+    # run beside Snakemake.
     assert run.output.count("has been submitted with SLURM jobid") == 4 + 2

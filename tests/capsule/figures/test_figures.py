@@ -33,18 +33,15 @@ def width(request):
     return request.param
 
 
-@pytest.fixture
-def example():
-    values = make_recording(3, "3mm/r01", samples=400, sensors=3, spacing=110).values
-    values[:, 100:110] = np.nan
-    return preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
-
-
 def texts(figure):
     return [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
 
 
-def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width):
+def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(width):
+    values = make_recording(3, "3mm/r01", samples=400, sensors=3, spacing=110).values
+    values[:, 100:110] = np.nan
+    shape = {"rate_hz": 10, "window": 40, "threshold": 1.0}
+    example = preprocess_run("3mm/r01", "3 mm nodule", values, **shape)
     figure = draw_signals.draw_preprocessing([None, example], 1.0, width)
     assert figure.get_figwidth() == width
     assert texts(figure).count("no such recording") == 3

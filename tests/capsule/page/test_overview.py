@@ -1,9 +1,11 @@
 """Tests of the numbers of recordings, and of the warning that nodules follow from the header."""
 
+from collections import Counter
+
 import pandas as pd
 import pytest
 
-from capsule.evaluation.confounded import of_values
+from capsule.evaluation.confounded import OWN, Confounded
 from capsule.page import overview
 from capsule.page.overview import LONGEST
 from support.evaluated import UNKNOWN
@@ -73,48 +75,39 @@ def test_a_held_out_session_that_no_recording_carries_is_told():
     assert "held out" not in section("used", **overview_of(*rows))
 
 
-def told(key, pairs):
-    """Return what the values of a key tell, from pairs of a value and a size."""
-    values, sizes_mm = (dict(enumerate(each)) for each in zip(*pairs, strict=True))
-    return of_values(key, values, sizes_mm, {name: name for name in values})
-
-
-def nodules(value, each=20):
-    return [(value, size) for size in SIZES_MM[1:] for _ in range(each)]
-
-
-def on_days(*counts):
-    """Return the nodules of a bench, and healthy recordings of so many on each day."""
-    healthy = [(f"day {n}", 0.0) for n, count in enumerate(counts) for _ in range(count)]
-    return nodules("bench") + healthy
-
-
 BENCH = {"bench": [0, 20, 20]}
-OF_RATES = [*nodules("10"), *[("", 0.0)] * 20]
 
 
 @pytest.mark.parametrize(
-    ("key", "pairs", "counts"),
+    ("key", "counts", "shown"),
     [
-        ("rate_hz", OF_RATES, {"10 Hz": [0, 20, 20], "not said": [20, 0, 0]}),
+        ("rate_hz", {"10": [0, 20, 20], "": [20, 0, 0]}, ["10 Hz", "not said"]),
+        ("session", BENCH | {OWN: [9, 0, 0]}, ["bench", "another value at each place"]),
+        ("source", {"b" * 10_000: [0, 20, 20]}, ["b" * (LONGEST - 1) + "…"]),
         # Kills: a row of rarer values that stands for a single one.
-        ("session", on_days(9, 8, 7, 6, 5), BENCH | {f"day {n}": [9 - n, 0, 0] for n in range(5)}),
         (
             "session",
-            on_days(*range(10, 1, -1)),
-            BENCH | {f"day {n}": [10 - n, 0, 0] for n in range(4)} | {"5 rarer values": [20, 0, 0]},
-        ),
-        ("session", on_days(*[1] * 9), BENCH | {"another value at each place": [9, 0, 0]}),
-        (
-            "source",
-            [*nodules("b" * 10_000), *[("fabric", 0.0)] * 20],
-            {"b" * (LONGEST - 1) + "…": [0, 20, 20], "fabric": [20, 0, 0]},
+            BENCH | {f"day {n}": [9 - n, 0, 0] for n in range(5)},
+            ["bench", *(f"day {n}" for n in range(5))],
         ),
     ],
 )
-def test_a_value_has_its_row_of_counts_and_many_values_share_one(key, pairs, counts):
-    values = overview.confounded_values([told(key, pairs)])
+def test_a_value_has_its_row_of_counts(key, counts, shown):
+    values = warned_of(key, counts)
     assert values["sizes"] == ["no nodule", "1 mm", "3 mm"]
-    shown = {row["value"]: row["counts"] for row in values["rows"]}
-    assert list(shown.items()) == list(counts.items())
+    assert [row["value"] for row in values["rows"]] == shown
+    assert [row["counts"] for row in values["rows"]] == list(counts.values())
     assert {row["name"] for row in values["rows"]} == {overview.KEYS[key]}
+
+
+def test_the_rarer_ones_of_many_values_share_a_row():
+    values = warned_of("session", BENCH | {f"day {n}": [10 - n, 0, 0] for n in range(9)})
+    shown = {row["value"]: row["counts"] for row in values["rows"]}
+    days = {f"day {n}": [10 - n, 0, 0] for n in range(4)}
+    assert shown == BENCH | days | {"5 rarer values": [20, 0, 0]}
+
+
+def warned_of(key, counts):
+    """Return the warning of a key with these counts of sizes by value."""
+    sizes = {value: Counter(dict(zip(SIZES_MM, of, strict=True))) for value, of in counts.items()}
+    return overview.confounded_values([Confounded(key, True, (), sizes)])

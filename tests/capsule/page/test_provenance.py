@@ -17,6 +17,7 @@ EQUATIONS = PAPER["equations"]
 REFERENCES = (REPORT / "references.bib").read_text(encoding="utf-8")
 OTHER = {"preprocessing": {"window": 50, "threshold": 1.25}}
 OTHER |= {"evaluation": {"schemes": ["resubstitution"], "confidence": 0.9}}
+LED, MIXED = {"report": {"lead": "template"}}, ["simulated", *["bench 2"] * 3]
 VERDICTS = [("0mm/a", 0.0, 0.0), ("0mm/b", 0.0, 2.0), ("2mm/a", 2.0, 3.0), ("3mm/a", 3.0, 3.0)]
 
 
@@ -57,7 +58,6 @@ def test_equations_have_the_numbers_that_the_paper_prints():
 
 
 def test_a_symbol_is_shown_in_parts():
-    assert provenance.typeset("") == []
     parts = [("span", "\u0394"), ("i", "\u03bc"), ("sup", "hor"), ("sub", "ite")]
     assert provenance.typeset("Delta mu^hor_ite") == parts
 
@@ -100,17 +100,15 @@ def text(verdicts=VERDICTS, sources=("simulated",) * 4, changes=(), columns=(), 
             ["simulated", "Learned thresholds", "diagonal ("],
         ),
         (
-            {"columns": {"threshold": [0.12732, 0.1309] * 2}},
-            ["; threshold 0.127 to 0.131 over"],
-            ["Estimated sizes have"],
+            {"columns": {"threshold": [0.12732, 0.1309] * 2}, "sources": MIXED, "changes": LED},
+            ["; threshold 0.127 to 0.131 over", "1 of these were sim", "sensitivity of template"],
+            ["Estimated sizes have", "highest"],
         ),
         (
             {"columns": {"threshold": 0.12732, "estimate_low_mm": 1.5}},
             ["; threshold 0.127)", "Estimated sizes have 90 % intervals"],
             [],
         ),
-        ({"sources": ["simulated", *["bench 2"] * 3]}, ["1 of these were simulated."], []),
-        ({"changes": {"report": {"lead": "template"}}}, ["sensitivity of template"], ["highest"]),
         ({"verdicts": []}, ["N = 0 recordings", "of 4 sensors"], ["nan", "not known"]),
     ],
 )

@@ -19,11 +19,6 @@ def session():
     return parse_session("demo", session_contents())
 
 
-@pytest.fixture(scope="module")
-def played(session):
-    return surveys.player(session, track_of(session))
-
-
 def unpacked(packed):
     (row,) = unpack(packed)
     return row
@@ -33,13 +28,12 @@ def unpacked(packed):
     ("about", "title"),
     [
         ({"source": "simulated survey"}, "demo, simulated"),
-        ({"source": "survey on bench 2"}, "demo"),
         ({"source": "", "header": {"source": "recorded by the logger board"}}, "demo"),
         ({"source": ""}, "demo, of unknown origin"),
     ],
 )
-def test_a_simulated_survey_is_called_simulated(about, title):
-    assert surveys.title_of(parse_session("demo", session_contents(**about))) == title
+def test_a_simulated_survey_is_called_simulated(session, about, title):
+    assert surveys.title_of(replace(session, about=about)) == title
 
 
 def values_of(session):
@@ -76,7 +70,8 @@ def test_of_a_survey_without_places_the_page_says_where_it_went(about, told):
     assert values_of(session)["summary"].endswith(told)
 
 
-def test_the_player_knows_where_the_head_was_and_when_nobody_knew(session, played):
+def test_the_player_knows_where_the_head_was_and_when_nobody_knew(session):
+    played = surveys.player(session, track_of(session))
     at_mm, measured = unpacked(played["head"]), unpacked(played["measured"])
     time_s = played["from_s"] + played["every_s"] * np.arange(at_mm.size)
     known = (time_s > 10) & (time_s < 120)
