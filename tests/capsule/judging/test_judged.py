@@ -195,8 +195,8 @@ def shown(verdicts, width, familiarity=None, *, plain=False):
     """Return the lines for a ramp of 100 samples with a gap, with these verdicts."""
     values = np.tile(np.arange(100.0), (2, 1))
     values[1, 50:] = np.nan
-    check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}
-    check |= {"no_verdict": ""}
+    check = {"status": "accepted", "header": {}, "no_verdict": ""}
+    check |= {"samples": 100, "duration_s": 9.9}
     judgement = Judgement(CONFIGURATION, verdicts, familiarity or Familiarity(True))
     return judged_lines(JudgedFile("a.csv", check, values, judgement, ""), width, plain=plain)
 
@@ -230,14 +230,16 @@ def test_the_plot_marks_each_place_below_the_sensors():
 
 
 def test_a_place_before_the_start_and_no_verdict_are_said_in_words():
-    lines = shown({"early": verdict_at(-3.0), "none": NO_VERDICT}, 60, plain=True)
+    verdicts = {"early": verdict_at(-3.0), "none": NO_VERDICT, "new": replace(NO_VERDICT, score=2)}
+    lines = shown(verdicts, 60, plain=True)
     assert all(line.isascii() for line in lines)
     assert not any(line.startswith("place  ") for line in lines)
-    table = [line.split(maxsplit=1) for line in lines[3:6]]
+    table = [line.split(maxsplit=1) for line in lines[3:7]]
     assert table[1][0] == "early" and table[1][1].endswith("before the start")
     # The reason of one detector makes no column of the others wider.
     assert len(lines[3]) < len(lines[5])
     assert table[2][1].startswith("no verdict: no score: a wave, a sensor or labelled recordings")
+    assert table[3][1].startswith("no verdict: no threshold: labelled")
 
 
 def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):

@@ -90,13 +90,6 @@ def test_it_is_enough_if_all_say_the_same_and_no_probability_is_told_as_certain(
     assert "  > 99.9 % " in f"{judgement.table()[1]} "
 
 
-def test_the_final_verdict_says_why_there_is_none(tmp_path):
-    write_learned(tmp_path, CONFIGURATION, taught_by(healthy_scores=()))
-    *_, by_diagonal, by_taught, _ = final_in(tmp_path).judge(NOISE).lines()
-    assert re.match("taught +no verdict: no score", by_taught)
-    assert re.match("diagonal +no verdict: no threshold: labelled", by_diagonal)
-
-
 def test_a_run_of_another_kind_is_told_before_the_verdicts(tmp_path):
     write_learned(tmp_path, CONFIGURATION, taught_by())
     teach_familiar(tmp_path, healthy_runs(LEAST_PLACES), CONFIGURATION)

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from capsule.detectors.familiar import Familiarity
-from capsule.detectors.unlike import unlike as unlike_line
+from capsule.detectors.unlike import unlike
 from capsule.page import recordings
 from capsule.page.recordings import MAX_MARKS, score_marks
 from capsule.page.tables import Tables
-from support.evaluated import UNKNOWN, evaluated, index_of
+from support.evaluated import UNKNOWN, index_of
 
 
 @pytest.mark.parametrize(
@@ -32,37 +32,33 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
     assert expected in recordings.OUTCOMES
 
 
-def test_rows_hold_the_verdict_and_the_reason_of_the_rejected():
-    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
-    verdicts = {"2mm/a": evaluation.predictions.to_dict("records")}
+# Kills: a recording of which a part is no evidence, or that is unlike, and looks like any other.
+def test_a_row_holds_the_verdict_and_what_is_wrong_with_a_recording_or_a_part_of_it():
+    ended = "no wave ran from 44.8 s on"
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
-        ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
+        ["2mm/b", 2.0, "accepted", UNKNOWN, "bench 2", "bb", 70.0],
+        ["2mm/c", 2.0, "accepted", ended, "bench 2", "cc", 70.0],
+        ["2mm/d", 2.0, "accepted", ended, "bench 2", "dd", 70.0],
+        ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "ee", UNKNOWN],
     )
+    index["no_verdict"] = [*[UNKNOWN] * 3, "no wave", UNKNOWN]
+    row = {"detector": "template", "predicted_mm": 3.0}
+    strange = row | Familiarity(False, ("noise",), 0.5, 0.1, 0.2).cells
+    verdicts = {"2mm/a": [row], "2mm/b": [strange], "2mm/c": [row]}
     cells = [{"value": 0.3, "text": "0.30", "shade": 4}] * 4
     quality = {"2mm/a": {"cells": cells, "remarks": ["sensor 2 drifts"]}}
-    good, bad = recordings.recording_rows(index, verdicts, "template", 1.0, quality)
-    assert (good["size"], good["outcome"]) == ("2 mm", "within tolerance")
-    assert (good["quality"], good["remark"]) == (cells, "sensor 2 drifts")
-    assert (bad["outcome"], bad["remark"]) == ("rejected", "the file is empty")
-    assert [cell["text"] for cell in bad["quality"]] == [""] * 4
-
-
-# Kills: a recording of which a part is no evidence, or that is unlike, and looks like any other.
-def test_an_accepted_recording_that_is_evidence_in_part_or_unlike_the_others_has_its_reason():
-    ended = "no wave ran from 44.8 s on"
-    index = index_of(*(["2mm/a", 2.0, "accepted", each, "", "", 70.0] for each in (ended, "")))
-    index["no_verdict"] = ["no wave", UNKNOWN]
-    unlike = {"detector": "template"} | Familiarity(False, ("noise",), 0.5, 0.1, 0.2).cells
-
-    def remarks(**verdict):
-        rows = recordings.recording_rows(index, {"2mm/a": [unlike | verdict]}, "template", 1.0, {})
-        return [row["remark"] for row in rows]
-
-    strange = unlike_line(unlike)
-    assert "bends by 50.0 %" in strange
-    assert remarks() == [f"no verdict: no wave; {strange}; {ended}", strange]
-    assert remarks(familiar="") == [f"no verdict: no wave; {ended}", ""]
+    rows = recordings.recording_rows(index, verdicts, "template", 1.0, quality)
+    assert [(row["outcome"], row["remark"]) for row in rows] == [
+        ("within tolerance", "sensor 2 drifts"),
+        ("within tolerance", unlike(strange)),
+        ("within tolerance", ended),
+        ("not judged", f"no verdict: no wave; {ended}"),
+        ("rejected", "the file is empty"),
+    ]
+    assert "bends by 50.0 %" in rows[1]["remark"]
+    assert (rows[0]["size"], rows[0]["quality"]) == ("2 mm", cells)
+    assert [cell["text"] for cell in rows[-1]["quality"]] == [""] * 4
 
 
 def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_place_left_out():
