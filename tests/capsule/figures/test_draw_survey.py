@@ -14,13 +14,12 @@ from capsule.figures.draw_survey import draw_survey, frame_of, spread_out, track
 from capsule.figures.style import BLUE, INK, ORANGE, render_figure
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from support import surveys
-from support.surveys import DETECTOR, WAVELENGTH_MM
+from support.surveys import CREST_MM, DETECTOR, WAVE_MM_S, WAVELENGTH_MM, head_mm, session_contents
 
 
 @pytest.fixture(scope="module")
 def session():
-    return parse_session("demo", surveys.session_contents())
+    return parse_session("demo", session_contents())
 
 
 @pytest.fixture(scope="module")
@@ -45,9 +44,8 @@ def test_the_table_is_the_stream_from_judgement_to_judgement(session):
     measured = ~np.isnan(session.head_mm[judged])
     assert table["measured"].tolist() == measured.tolist()
     for name in ("time_s", "head_mm", "score"):
-        assert (
-            table.loc[measured, name].tolist() == getattr(session, name)[judged][measured].tolist()
-        )
+        known = getattr(session, name)[judged][measured]
+        assert table.loc[measured, name].tolist() == known.tolist()
 
 
 def test_the_path_lies_where_the_head_was(figure):
@@ -56,7 +54,7 @@ def test_the_path_lies_where_the_head_was(figure):
     explored, (again,) = lines_of(space, BLUE, False), lines_of(space, INK, False)
     assert len(explored) == 2
     for line in (*explored, again):
-        np.testing.assert_allclose(line[:, 0], surveys.head_mm(60 * line[:, 1]), atol=0.1)
+        np.testing.assert_allclose(line[:, 0], head_mm(60 * line[:, 1]), atol=0.1)
     assert again[-1, 1] == pytest.approx(280 / 60)
     # The way back was not measured: it is dashed, from where it was left to where it was found.
     (back,), (found,) = lines_of(space, ORANGE, True), lines_of(space, INK, True)
@@ -82,12 +80,12 @@ def test_crests_run_forward_at_the_speed_of_the_wave(figure):
     ends = np.array([path.vertices[[0, -1]] for path in crests.get_paths()])
     at_mm, time_s = ends[..., 0], 60 * ends[..., 1]
     assert len(ends) > 5
-    np.testing.assert_allclose(np.diff(at_mm) / np.diff(time_s), surveys.WAVE_MM_S, rtol=1e-3)
+    np.testing.assert_allclose(np.diff(at_mm) / np.diff(time_s), WAVE_MM_S, rtol=1e-3)
     # The panel of a place begins 0.4 min before it is suspected, and ends behind its verdict.
     assert figure.axes[2].get_ylim() == pytest.approx((280 / 60 + 0.33, 96 / 60 - 0.4))
     assert figure.axes[3].get_ylim() == pytest.approx((344 / 60, 320 / 60 - 0.4))
     assert figure.axes[3].get_xlim() == pytest.approx((71 - 22, 71 + 30))
-    stood_mm = (at_mm - surveys.WAVE_MM_S * time_s - surveys.CREST_MM) / WAVELENGTH_MM
+    stood_mm = (at_mm - WAVE_MM_S * time_s - CREST_MM) / WAVELENGTH_MM
     assert np.abs(stood_mm - np.rint(stood_mm)).max() < 0.02
 
 
