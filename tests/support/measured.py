@@ -91,64 +91,10 @@ def section(triangles, height):
     return trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2]
 
 
-def straight_lines(edges, shortest=0.3):
-    """Return straight lines, joined from edges: angle in degrees, distance from origin, length.
-
-    The angle lies between 0 and 180 degrees. Short edges are left out, since they form arcs.
-    """
-    way = edges[:, 1] - edges[:, 0]
-    length = np.linalg.norm(way, axis=1)
-    edges, way, length = (each[length > shortest] for each in (edges, way, length))
-    angle = np.degrees(np.arctan2(way[:, 1], way[:, 0])) % 180
-    angle[angle > 179.99] -= 180
-    lines = []
-    for each, at, long in zip(angle, edges.mean(axis=1), length, strict=True):
-        normal = np.array([-np.sin(np.radians(each)), np.cos(np.radians(each))])
-        for line in lines:
-            if abs(line[0] - each) < 0.1 and abs(line[1] - normal @ at) < 0.02:
-                total = line[2] + long
-                line[0] += (each - line[0]) * long / total
-                line[1] += (normal @ at - line[1]) * long / total
-                line[2] = total
-                break
-        else:
-            lines.append([each, normal @ at, long])
-    return np.array(lines)
-
-
-def measured_substructure(edges):
-    """Return the dimensions of a substructure with the fold A at the head.
-
-    They are A, B, C and D in mm, in the middle of the wall; alpha and beta in degrees; and the
-    thickness of the wall on each side.
-    """
-    upper = edges[edges[:, :, 1].max(axis=1) > 0.02]
-    lines = straight_lines(upper)
-    flats = lines[np.abs(lines[:, 0] - 90) < 0.02]
-    steep = lines[(lines[:, 0] > 90.5) & (lines[:, 0] < 115)]
-    slope = lines[(lines[:, 0] > 115) & (lines[:, 0] < 170)]
-    # The distance of an upright line from the origin is -x.
-    x = np.sort(-flats[:, 1])
-    middles = {"B": x[:2].mean(), "A": x[-2:].mean()}
-    middle_lines = {}
-    walls = {"flat B": np.ptp(x[:2]), "flat A": np.ptp(x[-2:])}
-    for name, pair in (("BC", steep), ("AC", slope)):
-        assert np.ptp(pair[:, 0]) < 0.05
-        middle_lines[name] = (pair[:, 0].mean(), (pair[:, 1].min() + pair[:, 1].max()) / 2)
-        walls[name] = np.ptp(pair[:, 1])
-
-    def normal(angle):
-        return np.array([-np.sin(np.radians(angle)), np.cos(np.radians(angle))])
-
-    def meet(first, second):
-        return np.linalg.solve([normal(first[0]), normal(second[0])], [first[1], second[1]])
-
-    corners = {
-        "A": meet(middle_lines["AC"], (90.0, -middles["A"])),
-        "B": meet(middle_lines["BC"], (90.0, -middles["B"])),
-        "C": meet(middle_lines["AC"], middle_lines["BC"]),
-    }
-    top = edges[:, :, 1].max()
-    corners["D"] = meet(middle_lines["BC"], (0.0, top))
-    beta = middle_lines["AC"][0] - middle_lines["BC"][0]
-    return corners, middle_lines["BC"][0] - 90, beta, walls
+def clearance(points, edges):
+    """Return the distance of each point, of shape (..., 2), from the nearest edge."""
+    start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    from_start = points[..., np.newaxis, :] - start
+    part = (from_start * way).sum(axis=-1) / (way**2).sum(axis=-1)
+    beside = from_start - part.clip(0, 1)[..., np.newaxis] * way
+    return np.linalg.norm(beside, axis=-1).min(axis=-1)

@@ -74,15 +74,23 @@ def test_angles_and_corners_are_the_papers_in_every_file(made, kind):
         edges = measured.section(vertices[triangles], 2.5)
     else:
         edges = measured.edges_of(outlines(path))
-    # An SVG begins at its corner: the axis is half way up, C is at x = 0.
-    edges = edges - [0.0, (edges[..., 1].min() + edges[..., 1].max()) / 2]
-    corners, alpha, beta, walls = measured.measured_substructure(edges)
-    shift = corners["C"][0] if kind == "svg" else 0.0
-    for name, expected in CORNERS.items():
-        np.testing.assert_allclose(corners[name] - [shift, 0.0], expected, atol=0.01)
-    assert (alpha, beta) == pytest.approx((5.0, 45.0), abs=0.05)
-    assert list(walls.values()) == pytest.approx([0.5] * 4, abs=0.01)
-    assert np.ptp(edges[..., 1]) == pytest.approx(20.0, abs=0.01)
+    low, high = edges.min(axis=(0, 1)), edges.max(axis=(0, 1))
+    assert high[1] - low[1] == pytest.approx(20.0, abs=0.01)
+    # An SVG begins at its corner: the axis is half way up, and the foremost point is left of C.
+    edges = edges - [low[0] + 1.1742 if kind == "svg" else 0.0, (low[1] + high[1]) / 2]
+    corners = {name: np.array(corner) for name, corner in CORNERS.items()}
+    corners |= {f"{name}'": corner * [1, -1] for name, corner in corners.items()}
+    # Half a wall lies to either side of the middle line between two corners, all along it.
+    sides = [("A", "C"), ("B", "C"), ("A'", "C'"), ("B'", "C'"), ("A", "A'"), ("B", "B'")]
+    for first, second in (*sides, ("C", "D"), ("C'", "D'")):
+        # The awn ends in a bulb.
+        end = 0.35 if "D" in second else 0.8
+        way = corners[second] - corners[first]
+        across = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+        along = corners[first] + np.linspace(0.2, end, 9)[:, np.newaxis] * way
+        for aside in (-0.2, 0.0, 0.2):
+            to_wall = measured.clearance(along + aside * across, edges)
+            np.testing.assert_allclose(to_wall, 0.25 - abs(aside), atol=0.01)
 
 
 def test_every_mesh_is_sound_printable_and_the_same_in_both_files(made, meshes, listed):
