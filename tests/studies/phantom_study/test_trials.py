@@ -1,5 +1,7 @@
 """The paper's cells, and trials: each is logged once, can be repeated, and has its distance."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from phantom_study import calibrate, simulated_archive
@@ -29,11 +31,6 @@ def test_the_papers_numbers_come_from_one_table_of_120_runs():
     rates = cells(LIKE_THE_PAPER, PAPER)
     assert rates == PAPER.cells
     assert distance(rates | PAPER.motion, PAPER) == 0
-    kinds = [name.partition(" mm")[0].rpartition(" ")[0] for name in rates]
-    assert kinds[:18] == 5 * ["precision"] + 5 * ["recall"] + 4 * ["exact"] + 4 * ["within"]
-    # The pie has slices of none, 1 mm and 2 mm.
-    slices = [f"no nodule as {size}" for size in ("none", "1 mm", "2 mm")]
-    assert list(rates)[18:] == ["specificity", *slices]
     # Rates of whole runs: 57.7 % is 15 of 26.
     assert rates["precision 1 mm"] == 100 * 15 / 26
 
@@ -44,11 +41,6 @@ def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
     spreads = [np.sqrt(p * (1 - p) / 20) for p in (16 / 22, 11 / 22)]
     wanted = np.sqrt(((0.25 / spreads[0]) ** 2 + (0.5 / spreads[1]) ** 2) / 24)
     assert distance(PAPER.cells | rates, PAPER) == pytest.approx(wanted)
-    # A rate that hardly varies is sooner far off, here by 15 points each.
-    paper = PAPER.cells | PAPER.motion
-    far, near = {"recall 2 mm": 100.0}, {"exact 3 mm": 40.0}
-    sure, unsure = (distance(paper | off, PAPER) for off in (far, near))
-    assert sure > 2 * unsure
     # A precision of nothing found is missing and far off.
     nothing = cells(20 * np.eye(6, dtype=int)[[0] * 6], PAPER)
     assert np.isnan(nothing["precision 5 mm"])
@@ -127,36 +119,28 @@ CANDIDATES = [{"part.size": 1.5}, {"part.size": 2.5}, {"part.size": 3.5}]
 SEEDS = [7, 8, 9]
 
 
-def make(values, seeds):
-    """Yield trials that contain their own arguments."""
-    for candidate, seed in zip(values, seeds, strict=True):
-        yield {"archive_seed": seed, "confusion": "[]"} | candidate
-
-
 def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp_path):
     path, asked = tmp_path / "new/log.csv", []
 
-    def note(values, seeds):
-        asked.extend(seeds)
-        return make(values, seeds)
+    def make(values, seeds, most=9):
+        for candidate, seed in zip(values, seeds, strict=True):
+            if len(asked) == most:
+                raise KeyboardInterrupt
+            asked.append(seed)
+            yield {"archive_seed": seed, "confusion": "[]"} | candidate
 
     # Every trial is in the file before the next is asked for.
-    def interrupted(values, seeds):
-        yield next(make(values, seeds))
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        TrialLog(path, interrupted).trials("first", CANDIDATES, SEEDS)
+        TrialLog(path, partial(make, most=1)).trials("first", CANDIDATES, SEEDS)
     assert [row["archive_seed"] for row in read_csv(path)] == ["7"]
-    log = TrialLog(path, note)
+    log = TrialLog(path, make)
     made = log.trials("first", CANDIDATES, SEEDS)
-    assert asked == SEEDS[1:]
+    assert asked == SEEDS
     log.trials("second", CANDIDATES, SEEDS)
     assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
-    known = TrialLog(path, note).trials("first", CANDIDATES, SEEDS)
-    assert asked == [*SEEDS[1:], *SEEDS]
+    known = TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
+    assert asked == SEEDS * 2
     assert known == [{name: str(value) for name, value in trial.items()} for trial in made]
-    assert known == read_csv(path)[:3]
     # Trials of another value, parameter or archive, and fewer trials, are refused.
     before, other = path.read_bytes(), [{"part.size": 9.5}, *CANDIDATES[1:]]
     for candidates, seeds in (
