@@ -61,14 +61,6 @@ def test_the_most_urgent_patient_stands_first_before_it_a_place_by_all_its_passe
     assert patients["sure"]["passes"] == 0
 
 
-def said_of(card):
-    """Return the words of a card."""
-    drawn = cards.with_sketches(card, Described(), [0.1, 0.2, 1.5], [3.0])
-    page = {"cards": [drawn], "lead": Lead("taught", False, NAN, 2), "most_listed": 20}
-    page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
-    return " ".join(section("cards", **page, most_cards=6).split())
-
-
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -87,7 +79,10 @@ def said_of(card):
     ],
 )
 def test_a_card_says_what_to_do_and_why(patients, name, words):
-    assert words in said_of(patients[name])
+    drawn = cards.with_sketches(patients[name], Described(), [0.1, 0.2, 1.5], [3.0])
+    page = {"cards": [drawn], "lead": Lead("taught", False, NAN, 2), "most_listed": 20}
+    page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
+    assert words in " ".join(section("cards", **page, most_cards=6).split())
 
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():

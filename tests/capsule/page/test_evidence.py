@@ -33,21 +33,6 @@ def plotted(values, check=CHECK, stretches=None, **shape):
     return plot_data("3mm/r01", values, wave, check, stretches, settings)
 
 
-def tables_of(verdicts):
-    """Return tables with verdicts, and with a fit of 3mm/r01, which lies 25 samples before it."""
-    fit = {"parameters": PARAMETERS, "first_peak": FIRST_PEAK, "lag": LENGTH + 1 - 25}
-    return SimpleNamespace(
-        settings=CONFIG,
-        templates=[
-            {"size_mm": size, "parameters": PARAMETERS if size else None} for size in (0, 3)
-        ],
-        described=Described(),
-        fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
-        matrix=lambda name: np.roll(render(PARTICLE, FIRST_PEAK, LENGTH), -25, axis=1),
-        by_recording=verdicts,
-    )
-
-
 def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_template():
     rows = [
         ROW | {"recording": "0mm/r01", "size_mm": 0.0, "size": "no nodule", "nodule_at_mm": None},
@@ -57,8 +42,16 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
     said = dict.fromkeys(EVIDENCE) | {"detector": "template", "scheme": "leave-one-out"}
     said |= {"said": "3 mm", "distances": [0.2, 0.1], "details": "place 15.0 s"}
-    verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
-    tables = tables_of(verdicts)
+    # The fit and the template of the nodule lie 25 samples before the sample u.
+    fit = {"parameters": PARAMETERS, "first_peak": FIRST_PEAK, "lag": LENGTH + 1 - 25}
+    tables = SimpleNamespace(
+        settings=CONFIG,
+        templates=[{"size_mm": 0, "parameters": None}, {"size_mm": 3, "parameters": PARAMETERS}],
+        described=Described(),
+        fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
+        matrix=lambda name: np.roll(render(PARTICLE, FIRST_PEAK, LENGTH), -25, axis=1),
+        by_recording={"0mm/r01": [row], "3mm/r01": [row] * 2},
+    )
     made = dict(archive_evidence(rows, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
