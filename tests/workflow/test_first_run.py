@@ -178,6 +178,19 @@ def test_a_job_reads_what_its_rule_declares_and_nothing_else(jobs):
     assert (undeclared, unread, len({rule for rule, *_ in jobs})) == (set(), set(), 12)
 
 
+def test_a_job_that_needs_no_table_imports_no_package_but_numpy(jobs):
+    """Imports take most of the time of such a job."""
+    package = re.compile(r"site-packages/(?:__pycache__/)?([A-Za-z]\w*)(?:/|\.py|\.cpython)")
+    imported = {}
+    for rule, _, read in jobs:
+        imported.setdefault(rule, set()).update(
+            each[1] for each in map(package.search, read) if each
+        )
+    assert "pandas" in imported["evaluate"]
+    for rule in ("preprocess", "fit", "describe", "plot", "list", "templates", "detect"):
+        assert imported[rule] - {"coverage"} == {"numpy"}, rule
+
+
 # What a further call does.
 
 
@@ -216,6 +229,20 @@ def test_a_mistake_in_the_configuration_is_told_before_anything_runs(new):
     assert f"{source}: fit.particles: 'many' is not allowed" in run.output
     assert "Traceback" not in run.output
     assert not new.results.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.takes(40)
+def test_an_archive_without_a_healthy_recording_has_its_report(new):
+    """One nodule gives verdicts and a page, and the page claims no rate that needs others."""
+    for name in set(recordings_of(new)) - {"1mm/r01", "unlabelled/patient"}:
+        (new.raw / f"{name}.csv").unlink()
+    run = new.snakemake()
+    assert run.status == 0, run.output
+    said = new.table("detections.csv")
+    assert [row["detector"] for row in said] == list(DETECTORS)
+    page = (new.results / "report.html").read_text(encoding="utf-8")
+    assert "No healthy recording, so no false alarm can occur." in page
 
 
 @pytest.mark.slow
