@@ -211,38 +211,30 @@ def test_the_index_is_passed_where_its_switch_first_closes_after_it_was_open(mot
         assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
 
 
-def numbers_of(header):
-    """Return the numbers that a header defines."""
-    text = (emulated.FIRMWARE / header).read_text(encoding="utf-8")
-    values = re.findall(r"#define (\w+) \(?([\dL* ]+?)\)?(?: */\*.*)?\n", text)
-    return {name: eval(value.replace("L", ""), {}) for name, value in values}
-
-
 def test_the_pages_have_the_firmwares_numbers():
-    wave, fold = numbers_of("peristalsis/motion.h"), numbers_of("fold/origami.h")
-    per_turn = wave["HALF_STEPS_PER_TURN_NUMERATOR"] / wave["HALF_STEPS_PER_TURN_DENOMINATOR"]
-    wave_mm, per_s = wave["WAVELENGTH_UM"] / 1000, 1e6 / fold["TICK_US"]
-    per_mm = per_turn / (wave["WAVES_PER_MOTOR_TURN"] * wave_mm)
+    headers = [emulated.FIRMWARE / name for name in ("peristalsis/motion.h", "fold/origami.h")]
+    text = "".join(header.read_text("utf-8") for header in headers)
+    defined = re.findall(r"#define (\w+) \(?([\dL* ]+?)\)?(?: */\*.*)?\n", text)
+    has = {name: eval(value.replace("L", ""), {}) for name, value in defined}
+    per_turn = has["HALF_STEPS_PER_TURN_NUMERATOR"] / has["HALF_STEPS_PER_TURN_DENOMINATOR"]
+    wave_mm, on_s, per_s = has["WAVELENGTH_UM"] / 1000, has["DUTY_ON_MS"] / 1000, 1e6 / has["TICK_US"]
+    per_mm = per_turn / (has["WAVES_PER_MOTOR_TURN"] * wave_mm)
     assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
-    longest_s, on_s = fold["LONGEST_MS"] / 1000, fold["DUTY_ON_MS"] / 1000
+    longest_s, mm = has["LONGEST_MS"] / 1000, np.pi * 10 / per_turn
+    release, slack = has["RELEASE_HALF_STEPS"], has["SLACK_HALF_STEPS"]
     told = [
         f"half-steps a turn of the motor's shaft | {per_turn:.2f}",
         f"cam shaft | {wave_mm:g} mm a turn",
         f"half-steps a mm of the wave | {per_mm:.2f}",
         f"half-steps a second at 25 mm/s | {25 * per_mm:.0f}",
-        f"half-steps a second at most | {wave['MAX_RATE']}",
-        f"ramp | {wave['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s²",
+        f"half-steps a second at most | {has['MAX_RATE']}",
+        f"ramp | {has['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s²",
         f"speed | {per_s:g} half-steps/s",
-        f"duty | {on_s:g} s in {fold['DUTY_S']} s | {100 * on_s / fold['DUTY_S']:.0f} %",
-        f"lease | {fold['LEASE_MS'] / 1000:g} s",
-    ]
-    ways = {
-        f"{fold[name]} half-steps": fold[name]
-        for name in ("RELEASE_HALF_STEPS", "SLACK_HALF_STEPS")
-    }
-    ways[f"{longest_s:g} s"] = longest_s * per_s
-    told += [
-        f"{way} | {steps * np.pi * 10 / per_turn:.1f} mm of thread" for way, steps in ways.items()
+        f"duty | {on_s:g} s in {has['DUTY_S']} s | {100 * on_s / has['DUTY_S']:.0f} %",
+        f"lease | {has['LEASE_MS'] / 1000:g} s",
+        f"{release} half-steps | {release * mm:.1f} mm of thread",
+        f"{slack} half-steps | {slack * mm:.1f} mm of thread",
+        f"{longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread",
     ]
     pages = "".join((DOCS / name).read_text("utf-8") for name in ("bench.md", "protocol.md"))
     assert not [statement for statement in told if f"| {statement}" not in pages]
@@ -358,6 +350,9 @@ def test_a_power_cut_leaves_a_whole_record_of_all_that_the_move_may_do(fold):
     assert "the motor has to rest" in answer(fold, "fold")
 
 
+SET_UP = Acknowledgement("setup", "unfolded")
+
+
 def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     fold.board.write_eeprom(0, b"\xff" * 32)
     fold.board.reset()
@@ -366,14 +361,10 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert (states(heard), of_kind(Refusal, heard)) == (["fault"], [Refusal("fold", "not set up")])
     assert answer(fold, "fold") == answer(fold, "unfold") == "not set up"
     assert answer(fold, "setup,now") == "wants unfolded"
-    fold.world.wound = TRAVEL / 2
-    fold.wait(2)
-    assert answer(fold, "setup,unfolded") == "the switch unfolded alone must be closed"
-    assert fold.board.half_steps == 0
-    fold.world.wound = 0
-    fold.wait(0.1)
-    assert answer(fold, "setup,unfolded") == Acknowledgement("setup", "unfolded")
-    fold.wait(0.1)
+    for wound, said in ((TRAVEL / 2, "the switch unfolded alone must be closed"), (0, SET_UP)):
+        fold.world.wound = wound
+        fold.wait(2)
+        assert (answer(fold, "setup,unfolded"), fold.board.half_steps) == (said, 0)
     fold.board.reset()
     fold.wait(0.1)
     assert answer(fold, "fold") == Acknowledgement("fold", "")

@@ -17,16 +17,7 @@ from support.project import ROOT
 STARTER = """
 import os, time
 from capsule.engine.forks import forked
-
-def name(_):
-    time.sleep(0.2)
-    return os.getpid()
-
-names = set()
-for each in forked(name, range(40), 2):
-    names.add(each)
-    if len(names) == 2:
-        print(*names, flush=True)
+list(forked(lambda _: print(os.getpid(), flush=True) or time.sleep(600), "ab", 2))
 """
 
 
@@ -48,7 +39,7 @@ def test_the_processes_end_with_a_killed_starter():
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
     settings = {"env": environment, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen([sys.executable, "-c", STARTER], **settings) as starter:
-        one, other = (Path("/proc") / name for name in starter.stdout.readline().split())
+        one, other = (Path("/proc", starter.stdout.readline().strip()) for _ in range(2))
         assert one.exists() and other.exists()
         starter.send_signal(signal.SIGKILL)
     ends = time.monotonic() + 10

@@ -62,26 +62,30 @@ def test_the_library_counts_also_where_it_is_installed_away_from_the_scripts(tmp
     assert all(path.is_relative_to(SCRIPTS / "capsule") for path in found)
 
 
-DEEP = ("__init__", *"abcg", "deep/__init__", "deep/d", "deep/e", "deep/f")
-FOUR = ["one", "two", "three", "four"]
+# Wherever it stands, and in any layout.
+SCRIPT = """
+if a: import one, two as t; import three  # and unused
+class C:
+    async def f(self):
+        import four
+import numpy
+from lib import (
+    a,  # a comment (in brackets)
+    b as c,
+)
+from lib import d, \\
+    e
+import own
+"""
+FOLLOWED = ["one", "two", "three", "four", *(f"lib/{name}" for name in ("__init__", *"abde"))]
+FOLLOWED += [f"own/{name}" for name in ("__init__", *"abcg")]
+FOLLOWED += [f"own/deep/{name}" for name in ("__init__", *"def")]
 
 
-@pytest.mark.parametrize(
-    ("script", "modules"),
-    [
-        # Wherever it stands.
-        ("if a:\n    import one\ntry:\n    import two\nexcept ImportError:\n    import three\n"
-         "class C:\n    async def f(self):\n        with b:\n            import four\n", FOUR),
-        # In any layout.
-        ("import one, two as t; import three\nif x: import four  # and unused\n", FOUR),
-        ("import numpy\nfrom lib import (\n    a,  # a comment (in brackets)\n    b as c,\n)\n"
-         "from lib import d, \\\n    e\n", [f"lib/{name}" for name in ("__init__", *"abde")]),
-        # From the own package.
-        ("import own\n", [f"own/{name}" for name in DEEP]),
-    ],
-)  # fmt: skip
-def test_an_import_is_followed(tmp_path, script, modules):
+def test_an_import_is_followed(tmp_path):
     texts = {
+        "script": SCRIPT,
+        # From the own package.
         "own/__init__": "from . import a",
         "own/a": "from .b import x",
         "own/b": "from.deep import d, \\\n  e",
@@ -90,8 +94,7 @@ def test_an_import_is_followed(tmp_path, script, modules):
         "own/deep/f": "from .e import x",
         "own/g": "from .nothing import x",
     }
-    contents = dict.fromkeys([*modules, "lib/unused", "own/unused", "unused", "x"], "") | texts
+    contents = dict.fromkeys([*FOLLOWED, "lib/unused", "own/unused", "unused", "x"], "") | texts
     write(tmp_path, {f"{name}.py": f"{text}\n" for name, text in contents.items()})
-    write(tmp_path, {"script.py": script})
     found = imported_files(tmp_path / "script.py")
-    assert {path.relative_to(tmp_path).with_suffix("").as_posix() for path in found} == {*modules}
+    assert {path.relative_to(tmp_path).with_suffix("").as_posix() for path in found} == {*FOLLOWED}

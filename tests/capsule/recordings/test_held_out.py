@@ -77,27 +77,19 @@ def test_the_recordings_of_nodules_that_teach_are_fitted(tmp_path):
     assert held.fitted(batches, tmp_path, HELD_OUT) == of_nodules | {"3mm/batch": runs[1:]}
 
 
-def listed(folder, *rows):
-    """Write a list of recordings: two that cannot be used, one without a nodule, and others."""
+def test_what_teaches_comes_in_the_order_of_its_contents_or_nothing_can_and_each_says_why(tmp_path):
     columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
-    others = [
+    unused = [
         ("0mm/r01", "accepted", "", "", "1", ""),
         ("3mm/r02", "rejected", "the file is empty", "", "", "spring"),
         ("3mm/r03", "accepted", "", "there is no wave", "0", ""),
+        ("3mm/r04", "accepted", "", "", "3", "autumn"),
     ]
-    files.write_cells(folder / "labelled.csv", columns, [*others, *rows])
-    return folder / "labelled.csv"
-
-
-def test_recordings_with_fits_teach_and_come_in_the_order_of_their_contents(tmp_path):
-    made = [("2mm/r01", "9", ""), ("3mm/r01", "2", "autumn"), ("3mm/r04", "3", "spring")]
-    table = listed(tmp_path, *((name, "accepted", "", "", *rest) for name, *rest in made))
+    used = [("2mm/r01", "accepted", "", "", "9", ""), ("3mm/r01", "accepted", "", "", "2", "")]
+    files.write_cells(table := tmp_path / "labelled.csv", columns, [*used, *unused])
     assert held.recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
-    assert held.recordings_with_fits(table, ["spring"]) == ["3mm/r01", "2mm/r01"]
-
-
-def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
-    table = listed(tmp_path, ("3mm/r04", "accepted", "", "", "3", "autumn"))
+    assert held.recordings_with_fits(table, ["autumn"]) == ["3mm/r01", "2mm/r01"]
+    files.write_cells(table, columns, unused)
     with pytest.raises(CapsuleError) as caught:
         held.recordings_with_fits(table, ["autumn"])
     first, *others = str(caught.value).splitlines()
