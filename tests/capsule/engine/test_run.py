@@ -238,19 +238,18 @@ def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own():
         assert (caught.value.args, caught.value.__suppress_context__) == ((told,), True)
 
 
-def test_a_folder_with_braces_in_its_name_is_refused():
-    for folders in ((Path("/a"), Path("/{run}")), (Path("/{run}"), Path("/a"))):
-        with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
-            run.refuse_folders(*folders)
-
-
 # Permissions do not bind the administrator, who runs some of these tests.
 @pytest.mark.parametrize(
     "name", [".", ".snakemake", ".snakemake/metadata", ".snakemake/iocache/latest.pkl"]
 )
-def test_what_cannot_be_written_is_named_with_the_way_out(tmp_path, monkeypatch, name):
+def test_what_cannot_be_written_or_has_a_brace_is_named_with_the_way_out(
+    tmp_path, monkeypatch, name
+):
     (path := tmp_path / name).mkdir(parents=True, exist_ok=True)
     run.refuse_folders(Path("/"), tmp_path)
+    for folders in ((tmp_path, Path("/{run}")), (Path("/{run}"), tmp_path)):
+        with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
+            run.refuse_folders(*folders)
     monkeypatch.setattr(os, "access", lambda each, mode: each != path or mode != os.W_OK)
     with pytest.raises(CapsuleError, match=f"^{path} cannot be written, .*capsule new NAME"):
         run.refuse_folders(Path("/"), tmp_path)

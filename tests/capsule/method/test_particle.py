@@ -69,33 +69,23 @@ def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
     return best, initial, smallest, accepted
 
 
-def test_a_fit_equals_the_literal_algorithm():
+# However many particles are compared at once.
+@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
+def test_a_fit_equals_the_literal_algorithm(monkeypatch, at_once):
+    monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
+    monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
     sensors, length = 3, 50
     recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
-    rules = {"particles": 20, "iterations": 40, "first_peak": 8, "space": SMALL}
+    rules = {"particles": 21, "iterations": 47, "first_peak": 8, "space": SMALL}
     best, initial, smallest, accepted = literal_fit(matrix, generator(5, "fit"), **rules)
     fit = method.fit_particle(matrix, generator(5, "fit"), **rules)
     np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
     assert fit.rmse == pytest.approx(smallest, abs=1e-9)
-    assert fit.accepted_moves == accepted > 0
+    assert fit.accepted_moves == accepted > 2
     sliding = literal.sliding_rmse(matrix, method.render(fit.particle, 8, length))
     assert fit.lag == np.argmin(sliding) + 1
-
-
-@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
-def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_once):
-    values = make_recording(3.0, "3mm/r01").values
-    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
-    sizes = {"particles": 21, "iterations": 47, "first_peak": 150, "space": PAPER}
-    expected = method.fit_particle(matrix, generator(1, "at once"), **sizes)
-    monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
-    monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
-    fit = method.fit_particle(matrix, generator(1, "at once"), **sizes)
-    np.testing.assert_array_equal(fit.particle.to_vector(), expected.particle.to_vector())
-    assert (fit.lag, fit.rmse) == (expected.lag, expected.rmse)
-    assert fit.accepted_moves == expected.accepted_moves > 2
 
 
 @given(st.integers(1, 5), st.integers(1, 1000), st.integers(0, 2**32))
