@@ -23,23 +23,16 @@ def test_the_package_has_its_public_names_and_checks_what_its_functions_are_give
         _ = capsule.renders
 
 
-@pytest.mark.parametrize(
-    ("error", "line"),
-    [
-        (OSError(5, "lost"), "error: disk: lost"),
-        (OSError("lost"), "error: disk: lost"),
-        (OSError(errno.EDQUOT, "full", "a.csv"), "error: a.csv: full; free some space and run"),
-    ],
-)
-def test_an_error_of_the_disk_is_one_line(error, line):
-    told = errors.error_line(error)
-    assert told.removesuffix(" again: finished results are kept") == line
+def test_an_error_of_the_disk_is_one_line():
+    for error in (OSError(5, "lost"), OSError("lost")):
+        assert errors.error_line(error) == "error: disk: lost"
+    full = errors.error_line(OSError(errno.EDQUOT, "full", "a.csv"))
+    assert full.startswith("error: a.csv: full; free some space and run again")
 
 
 def test_plain_values_are_numbers_lists_and_none_for_what_json_lacks():
     values = {"a": np.array([1, 2]), "b": (np.float64(0.5), np.inf), "c": [{"d": np.nan}], "e": "x"}
-    expected = {"a": [1, 2], "b": [0.5, None], "c": [{"d": None}], "e": "x"}
-    assert plain(values) == expected
+    assert plain(values) == {"a": [1, 2], "b": [0.5, None], "c": [{"d": None}], "e": "x"}
     assert type(plain(values)["b"][0]) is float
 
 

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.takes(0.5)
 SECTION = read_config_file(ROOT / "config/config.yaml")["recording"]
 RULES = {"rules": SECTION | {"max_gap_s": 0.4, "max_rail_fraction": 0.5}}
 RULES |= {"window": 8, "length": 40}
+NAMES, SIXTEEN_MB = "time_s,sensor_1,sensor_2", 16_000_000
 GOOD = format_recording(make_recording(3.0, "properties", samples=30, sensors=2))
 
 
@@ -34,12 +35,10 @@ def check(content):
         assert np.isfinite(preprocess(values, window=8, threshold=1.0, length=40)).all()
 
 
-edits = st.lists(
-    st.tuples(st.integers(0, len(GOOD)), st.integers(0, 3), st.binary(max_size=4)), max_size=4
-)
+edits = st.tuples(st.integers(0, len(GOOD)), st.integers(0, 3), st.binary(max_size=4))
 
 
-@given(edits)
+@given(st.lists(edits, max_size=4))
 @example([(len(GOOD) - 10, 0, b"e300")])
 def test_a_damaged_recording_is_a_finite_matrix_or_has_a_reason(changes):
     content = bytearray(GOOD)
@@ -64,14 +63,10 @@ headers = st.dictionaries(
     st.sampled_from([0.0, 0.1, 1e-300, 1e17, -5.0]),
 )
 def test_wild_numbers_are_a_finite_matrix_or_have_a_reason(header, cells, place, jump):
-    lines = [f"# {key}: {value}" for key, value in header.items()]
-    lines.append("time_s,sensor_1,sensor_2")
+    lines = [*(f"# {key}: {value}" for key, value in header.items()), NAMES]
     for index, pair in enumerate(cells):
         lines.append(",".join([repr(index * 0.1 + jump * (index >= place)), *pair]))
     check(("\n".join(lines) + "\n").encode())
-
-
-NAMES, SIXTEEN_MB = b"time_s,sensor_1,sensor_2\n", 16_000_000
 
 
 @pytest.mark.slow
@@ -80,10 +75,9 @@ NAMES, SIXTEEN_MB = b"time_s,sensor_1,sensor_2\n", 16_000_000
     [
         (b"," * SIXTEEN_MB, "line 1 has 16000000 characters"),
         (b"# a: b\n" * (SIXTEEN_MB // 7), "has 2285714 lines"),
-        (NAMES + b"0,1,2\n" * (SIXTEEN_MB // 7), "has 2285715 lines"),
-        (NAMES + b"0,1,2\n" * 199_000, "time repeats"),
+        (f"{NAMES}\n".encode() + b"0,1,2\n" * 199_000, "time repeats"),
     ],
-    ids=["commas", "header", "samples", "many samples"],
+    ids=["commas", "header", "many samples"],
 )
 def test_a_file_of_the_largest_size_costs_bounded_memory(content, reason):
     tracemalloc.start()

@@ -20,7 +20,6 @@ def estimated(low, high, largest=None, mm=3.2):
     ("written", "expected"),
     [
         (words.percent(0.5774), "57.7 %"),
-        (words.percent(0.85), "85 %"),
         (words.percent(UNKNOWN), "not known"),
         (words.interval(0.6396, 0.9476), "64 to 94.8 %"),
         (words.interval(UNKNOWN, UNKNOWN), "not known"),
@@ -29,7 +28,6 @@ def estimated(low, high, largest=None, mm=3.2):
         (words.setting([100, 250]), "100 to 250"),
         (words.setting((1, "b")), "1, b"),
         (words.setting(True), "True"),
-        (words.setting(-7), "\u22127"),
         (words.setting(-0.5), "\u22120.5"),
         (words.setting(-0.0), "0"),
         (words.setting(18446744073709551615), "18446744073709551615"),
@@ -58,7 +56,6 @@ def estimated(low, high, largest=None, mm=3.2):
         (words.plural(2, "place teaches", "places teach"), "2 places teach"),
         (words.duration(0.0999), "under 0.1 s"),
         (words.duration(60), "1 min 0 s"),
-        (words.duration(3599.4), "59 min 59 s"),
         (words.duration(3600), "1 h 0 min"),
         (estimated(2.1, 4.0), "3.2 mm (2.1 to 4.0)"),
         (estimated(2.1, OPEN), "3.2 mm (2.1 mm or more)"),

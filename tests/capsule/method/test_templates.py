@@ -37,32 +37,21 @@ def test_amplitudes_and_spacings_are_averaged_and_spreads_by_their_variances():
 
 
 def test_templates_are_rendered_per_size_and_the_first_is_zero():
-    sizes = {2.5: particles(3, "a"), 1.0: particles(3, "b")}
+    sizes = {2.5: particles(3, "a"), 1.0: particles(3, "b"), 4.0: []}
     templates = method.build_templates(sizes, sensors=4, first_peak=150, length=1000)
-    assert templates.sizes_mm == (0.0, 1.0, 2.5)
+    assert templates.sizes_mm == (0.0, 1.0, 2.5, 4.0)
+    np.testing.assert_array_equal(templates.matrices[3], np.full((4, 1000), np.nan))
     assert templates.matrices[0].shape == (4, 1000) and not templates.matrices[0].any()
     expected = render(method.total(sizes[2.5], 4).mean(), 150, 1000)
     np.testing.assert_array_equal(templates.matrices[2], expected)
     # Without a recording, only its own size changes.
-    *others, left_out = templates.without([(2.5, sizes[2.5][0])])
+    *others, left_out, _ = templates.without([(2.5, sizes[2.5][0])])
     assert all(map(operator.is_, others, templates.matrices))
     remaining = method.total(sizes[2.5][1:], 4).mean()
     np.testing.assert_allclose(left_out, render(remaining, 150, 1000), atol=1e-12)
     kept = templates.without([(0.0, sizes[2.5][0]), (1.0, None)])
     assert all(map(operator.is_, kept, templates.matrices))
     assert np.isnan(templates.without((2.5, each) for each in sizes[2.5])[2]).all()
-
-
-@pytest.mark.parametrize("sensors", [1, 4])
-def test_a_size_without_a_recording_has_an_unknown_average_of_the_usual_form(sensors):
-    empty = method.total([], sensors)
-    assert (empty.count, empty.vector.shape) == (0, (4 * sensors - 1,))
-    mean = empty.mean()
-    assert mean.amplitude.shape == mean.horizontal_spread.shape == (sensors,)
-    assert mean.peak_spacing.shape == (sensors - 1,)
-    assert np.isnan(mean.to_vector()).all()
-    templates = method.build_templates({1.0: []}, sensors=sensors, first_peak=5, length=20)
-    assert np.isnan(templates.matrices[1]).all() and templates.matrices[1].shape == (sensors, 20)
 
 
 def test_distances_equal_the_literal_formula_and_a_gain_is_that_over_no_template():

@@ -268,7 +268,7 @@ def jittered(time_s, seed):
 # Kills at 31: times without the line through their remainders.
 @pytest.mark.parametrize("seed", [*range(9), 31])
 def test_jitter_invents_no_sample_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
-    whole = columns_by_time(jittered(EVEN, seed), **RULES)
+    whole = columns_by_time(1e6 + jittered(EVEN, seed), **RULES)
     np.testing.assert_array_equal(whole, np.arange(SAMPLES))
     kept = without(range(60, 75), range(200, 210), [400, 401])
     columns = columns_by_time(jittered(EVEN[kept], seed), **RULES)
