@@ -13,6 +13,7 @@ from capsule.bench import board, line, recorder
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
+    LineLostError,
     NoAnswerError,
     NoPermissionError,
     PortBusyError,
@@ -21,7 +22,7 @@ from capsule.bench.bench_errors import (
 )
 from capsule.bench.board import Board
 from capsule.bench.line import Line, UsbPort
-from capsule.bench.protocol import Damaged
+from capsule.bench.protocol import Acknowledgement, Damaged, encode
 from support.bench.scripted import FakeLine, board_on, identity_of
 from support.command import parsers
 from support.marks import needs_terminals
@@ -46,13 +47,22 @@ def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
 
 # Kills: an error of pyserial whose words are no longer those that the program knows.
 @needs_terminals
-def test_a_port_that_another_program_has_is_in_use():
+def test_a_port_that_another_program_has_is_in_use_and_one_that_disappears_is_lost():
     ours, theirs = os.openpty()
     name = os.ttyname(theirs)
     with serial.Serial(name, exclusive=True), pytest.raises(PortBusyError, match=f"{name} is in"):
         Line(name)
-    os.close(ours)
+    opened = Line(name)
     os.close(theirs)
+    os.write(ours, encode("A,start") + b"$A")
+    assert [arrival.event for arrival in opened.receive(5.0)] == [Acknowledgement("start", "")]
+    opened.send("stop")
+    assert os.read(ours, 100) == encode("stop")
+    os.close(ours)
+    for act in (opened.receive, lambda: opened.send("stop")):
+        with pytest.raises(LineLostError):
+            act()
+    assert [piece.content for piece in opened.close()] == [b"$A"]
 
 
 def usb_port(device, serial_number=None, location=None, ids=(0x2341, 0x42)):

@@ -1,6 +1,9 @@
 """The command lines of capsule record and capsule survey, and the exit statuses of its faults."""
 
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -8,6 +11,7 @@ import pytest
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.record_command import exit_statuses
 from capsule.commands import cli
+from support.project import ROOT
 
 
 def test_every_fault_has_a_status_of_its_own():
@@ -50,3 +54,26 @@ def test_wrong_options_are_explained(words, complaint, capsys):
         cli.main(words.split(" "))
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
+
+
+# The main thread hangs in a call that never returns, so Python runs no handler.
+HANGS = """
+import ctypes, os, signal
+from capsule.bench.clock import StopRequest
+
+stop, libc, mutex = StopRequest(), ctypes.CDLL(None), ctypes.create_string_buffer(256)
+os.kill(os.getpid(), signal.SIGINT)
+print(stop.reason, flush=True)
+for _ in range(2):
+    libc.pthread_mutex_lock(mutex)
+"""
+
+
+def test_a_second_ctrl_c_ends_a_program_that_hangs():
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    words = [sys.executable, "-c", HANGS]
+    with subprocess.Popen(words, cwd=ROOT / "workflow/scripts", **pipes) as program:
+        assert program.stdout.readline() == "Ctrl-C\n"
+        program.send_signal(signal.SIGINT)
+        assert "ended at once by a second Ctrl-C" in program.stderr.read()
+    assert program.returncode == 130

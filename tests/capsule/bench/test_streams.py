@@ -2,7 +2,9 @@
 
 import math
 import os
+import subprocess
 import sys
+import time
 import uuid
 from types import SimpleNamespace
 
@@ -16,8 +18,8 @@ from capsule.bench.lsl import StampGrid, StreamLine, choose, find_stream, ranges
 from capsule.bench.protocol import Damaged
 from capsule.bench.state import State
 from capsule.errors import CapsuleError
-from support.bench.recorder import Recorder, wait_until
-from support.command import output_of
+from capsule.interface.archive import read_recording
+from support.command import CAPSULE, output_of
 from support.project import ROOT
 
 RULES = {"sensors": 4, "rate_hz": 10}
@@ -73,6 +75,14 @@ class Source:
             self._outlet.push_sample(reading(number), self._from_s + number * PERIOD_S)
 
 
+def wait_until(happened):
+    """Wait for a condition."""
+    until_s = time.monotonic() + 30.0
+    while not happened():
+        assert time.monotonic() < until_s
+        time.sleep(0.02)
+
+
 @pytest.fixture
 def name():
     """Return a name that no other stream has."""
@@ -84,24 +94,32 @@ def name():
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
 def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, tmp_path, source_id):
     (tmp_path / "lsl_api.cfg").write_text(CONFIGURATION, encoding="utf-8")
-    source = Source(name, source_id=source_id and name)
+    source, raw = Source(name, source_id=source_id and name), tmp_path / "raw"
     words = ("--unlabelled", "--stream-in", name, "--stream-out", f"{name}-out", "--site", "a")
-    configured = {**os.environ, "LSLAPICFG": str(tmp_path / "lsl_api.cfg")}
-    recorder = Recorder(tmp_path, *words, "--duration", "8", env=configured)
+    files = ("--name", "r01", "--raw", raw, "--logs", tmp_path / "logs", "--duration", "8")
+    recorder = subprocess.Popen(
+        [*CAPSULE, "record", *words, *files],
+        env={**os.environ, "LSLAPICFG": str(tmp_path / "lsl_api.cfg")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     lost = [12, 13, *range(30, 45)]
     source.send([number for number in range(30) if number not in lost])
     # On the disk while the recording goes on.
-    recorder.wait_for_samples(30)
+    part = raw / "unlabelled/r01.csv.part"
+    wait_until(lambda: part.exists() and "\n2.9," in part.read_text())
     listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
     listening.open_stream(30.0)
     source.begin()
     source.send(range(45, 81))
     # Samples that are missing do not go out.
     assert listening.pull_sample(30.0)[0] == readings_of(45)
-    wait_until(recorder.done)
-    recorder.expect(0, name, "2 gaps (17 samples missing)", "ended: --duration is over")
-    assert recorder.parts() == []
-    recording = recorder.recording()
+    said = recorder.communicate(timeout=30)[0]
+    assert (recorder.returncode, "error: " in said, "Traceback" in said) == (0, False, False)
+    for words in (name, "2 gaps (17 samples missing)", "ended: --duration is over"):
+        assert words in said
+    recording = read_recording(raw / "unlabelled/r01.csv", 4)
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
     expected = np.array([readings_of(number) for number in range(80)]).T
     expected[:, lost] = np.nan

@@ -1,7 +1,7 @@
-"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, a survey.
+"""Make a complete bench: three boards, their cables, a capsule in a gut, and what drives them.
 
-The survey runs in the process of the test, by the bench's clock: instead of waiting for the boards,
-it lets them run, so that a minute of the bench takes a second.
+Commands run in the process of the test, by the bench's clock: instead of waiting for the boards,
+they let them run, so that a minute of the bench takes a second.
 """
 
 import json
@@ -20,6 +20,7 @@ from capsule.bench import (
     fold,
     line,
     loop,
+    recorder,
     survey_bench,
     survey_command,
     survey_run,
@@ -28,7 +29,6 @@ from capsule.bench import (
 from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard
 from support.bench.folding import FoldingOrigami
-from support.bench.workbench import TerminalCable, Workbench
 from support.command import parsers
 
 WAVELENGTH_MM, PITCH_MM = 80.0, 6.3
@@ -38,6 +38,7 @@ ONWARD, BACK = 0.02, -0.006
 STRETCH_US = 50_000
 # Interval at which the boards are read; a shorter one only takes longer.
 LOOK_EVERY_S = 0.2
+BOOT_LOADER_US = 1_000_000
 
 
 class Gut:
@@ -68,7 +69,7 @@ class Gut:
 
 
 class Killed(BaseException):
-    """The end of a survey that is killed: it sends and writes nothing any more."""
+    """The end of a program that is killed: it sends and writes nothing any more."""
 
 
 class Port:
@@ -76,12 +77,12 @@ class Port:
 
     timeout = 0.0
 
-    def __init__(self, cable: "MemoryCable", rig: "Rig") -> None:
+    def __init__(self, cable: "Cable", rig: "Rig") -> None:
         self._cable, self._rig = cable, rig
         self.content = b""
         if not cable.plugged:
-            raise FileNotFoundError(cable.port)
-        cable.end = self
+            raise FileNotFoundError
+        cable.end, cable.boots_for_us = self, BOOT_LOADER_US
 
     def close(self) -> None:
         """Close it."""
@@ -110,73 +111,85 @@ class Port:
             self._cable.sent += content
 
 
-class MemoryCable(TerminalCable):
-    """A cable whose other end is a `Port`, if a program has opened it."""
+class Cable:
+    """A board on a cable, whose other end is a `Port` if a program has opened it.
 
-    end: Port | None = None
-    sent = b""
+    An opened port resets the board, which waits in its boot loader; a Mega's hangs if it hears
+    a byte. While the port is closed, the board's bytes are lost.
+    """
 
-    def _open_port(self) -> None:
-        pass
+    def __init__(self, board: EmulatedBoard) -> None:
+        self._board, self.end, self.sent = board, None, b""
+        self.boot_loader_heard = False
+        self.plug()
+
+    def plug(self) -> None:
+        """Plug the cable in; a board that the port powers starts."""
+        self.plugged, self.boots_for_us = True, BOOT_LOADER_US
 
     def unplug(self) -> None:
         """Unplug the cable; bytes that the program has not read are lost."""
-        self.end = None
-        self.plugged = self._opened = False
+        self.plugged, self.end = False, None
 
-    def _is_opened(self) -> bool:
-        return self.end is not None
+    def step(self, now_us: int, until_us: int) -> None:
+        """Run the board from now to a point in time, and transfer the bytes of both sides."""
+        received, self.sent = self.sent, b""
+        if not self.plugged:
+            self._board.skip(until_us)
+        elif self.boots_for_us > 0:
+            self.boot_loader_heard |= bool(received)
+            self._board.skip(until_us)
+            self.boots_for_us -= until_us - now_us
+            if self.boots_for_us <= 0:
+                self._board.reset()
+        else:
+            self._board.deliver(received)
+            self._board.advance(until_us)
+        sent = self._board.take_sent()
+        if self.end:
+            self.end.content += sent
 
-    def _read(self) -> bytes:
-        sent, self.sent = self.sent, b""
-        return sent
 
-    def _write(self, content: bytes) -> None:
-        self.end.content += content
-
-
-# What a test does while a survey runs: as soon as the condition holds, the act, and then the next.
+# What a test does while a command runs: as soon as the condition holds, the act, and then the next.
 Then = Iterable[tuple[Callable[[], bool], Callable[[], object]]]
 
 
 class BenchDatetime(datetime):
     """A datetime with the bench's clock."""
 
-    bench: Workbench
+    rig: "Rig"
 
     @classmethod
     def now(cls, tz: object = None) -> datetime:
         """Return the bench's time."""
         del tz
-        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=cls.bench.now_s)
+        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=cls.rig.now_s)
 
 
 class Rig:
-    """A bench of boards for surveys; their firmware runs in the emulator."""
+    """A bench of boards; their firmware runs in the emulator."""
 
     def __init__(self, folder: Path, monkeypatch: object) -> None:
-        self.folder, self.killed = folder / "tuesday", False
+        self.folder, self.killed, self._now_us = folder / "tuesday", False, 0
         kinds = {"logger": emulated.LOGGER, "wave": emulated.PERISTALSIS, "fold": emulated.FOLD}
         boards = {name: EmulatedBoard(kind) for name, kind in kinds.items()}
-        self.wave_board, self.origami = boards["wave"], FoldingOrigami(boards["fold"])
-        cables = {
-            name: MemoryCable(board, Path(name), sticks=name == "logger")
-            for name, board in boards.items()
-        }
+        self._wave_board, self.origami = boards["wave"], FoldingOrigami(boards["fold"])
+        cables = {name: Cable(board) for name, board in boards.items()}
         self.cables = SimpleNamespace(**cables)
-        self.gut = Gut(self.wave_board, self.origami, boards["logger"])
-        self.bench = BenchDatetime.bench = Workbench(*cables.values(), world=self.gut)
+        self.gut = Gut(self._wave_board, self.origami, boards["logger"])
         self._then: deque = deque()
-        self.stop = SimpleNamespace(reason="")
-        # Surveys get the bench's ports and its clock in place of the computer's.
+        self.stop = SimpleNamespace(reason="", close=lambda: None)
+        BenchDatetime.rig = self
+        # Commands get the bench's ports and its clock in place of the computer's.
         replace = monkeypatch.setattr
         replace(serial, "serial_for_url", lambda port, *_, **__: Port(cables[port], self))
-        time = SimpleNamespace(monotonic=lambda: self.bench.now_s, sleep=self.rest)
+        time = SimpleNamespace(monotonic=lambda: self.now_s, sleep=self.rest)
         for module in (board, clock, line, loop, wave):
             replace(module, "time", time)
-        for module in (survey_command, survey_run):
+        for module in (recorder, survey_command, survey_run):
             replace(module, "datetime", BenchDatetime)
-        replace(survey_command, "StopRequest", lambda: self.stop)
+        for module in (recorder, survey_command):
+            replace(module, "StopRequest", lambda: self.stop)
         # The main thread waits for the bench, by the computer's clock.
         replace(wave.Drive, "_renew", lambda drive: None)
         for module, name in ((survey_bench, "LOOK_EVERY_S"), (fold, "READ_TIMEOUT_S")):
@@ -184,31 +197,46 @@ class Rig:
         monkeypatch.chdir(folder)
         clock.AWAKE.__init__()
 
-    def survey(self, *words: object, then: Then) -> None:
-        """Run capsule survey on these boards to its end."""
+    @property
+    def now_s(self) -> float:
+        """The bench's time in seconds."""
+        return self._now_us / 1e6
+
+    def run(self, command: str, *words: object, then: Then) -> None:
+        """Run capsule record or capsule survey on these boards to its end."""
         self._then, self.stop.reason, self.killed = deque(then), "", False
-        options = parsers()["survey"].parse_args([str(word) for word in words])
-        survey_command.check(options)
+        options = parsers()[command].parse_args([str(word) for word in words])
         try:
-            survey_command.survey(options)
+            if command == "record":
+                recorder.record(options)
+            else:
+                survey_command.check(options)
+                survey_command.survey(options)
         finally:
-            assert not self._then, "the survey ended before what the test waits for"
+            assert not self._then, "the command ended before what the test waits for"
 
     def rest(self, seconds: float) -> None:
         """Run the bench for this time, and do what is next if its condition holds."""
-        self.bench.run_for(seconds, stretch_us=min(STRETCH_US, round(seconds * 1e6)))
+        length_us = round(seconds * 1e6)
+        end_us, stretch_us = self._now_us + length_us, min(STRETCH_US, length_us)
+        while self._now_us < end_us:
+            until_us = self._now_us + stretch_us
+            self.gut(self.now_s, until_us / 1e6)
+            for cable in vars(self.cables).values():
+                cable.step(self._now_us, until_us)
+            self._now_us = until_us
         if self._then and self._then[0][0]():
             self._then.popleft()[1]()
 
     def kill(self) -> None:
-        """Kill the survey at once."""
+        """Kill the program at once."""
         self.killed = True
         raise Killed
 
     def at_rest(self) -> bool:
-        """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
+        """Return whether origami and wave rest, unfolded, after a program has ended."""
         self.rest(2.0)
-        return self.origami.folded == 0.0 and self.wave_board.coils == 0
+        return self.origami.folded == 0.0 and self._wave_board.coils == 0
 
     def events(self) -> list[dict]:
         """Read the session's log of events."""
