@@ -72,7 +72,9 @@ def folding(seconds):
 
 
 def test_a_fold_and_its_unfolding_in_their_usual_times():
-    bench = folding(4.5)
+    bench = folding(0)
+    assert bench.refusal("setup") == "the origami moves or is folded"
+    bench.wait(4.5)
     assert (bench.name(), bench.refusal("fold")) == ("folding", "")
     bench.refusal("hold")
     assert bench.wait(0.5) == ("folded", 0)
@@ -90,19 +92,6 @@ def test_a_fold_and_its_unfolding_in_their_usual_times():
     bench.wait(65)
     # Two slots of 100,000 writes each: 40,000 folds.
     assert bench.writes() - before <= 3
-
-
-def test_thread_that_a_stalled_motor_did_not_wind_is_not_let_out():
-    bench = folding(0)
-    assert bench.refusal("setup") == "the origami moves or is folded"
-    for stalled in (0, 1):
-        bench.stall(stalled)
-        bench.wait(1)
-    bench.stall(0)
-    bench.refusal("unfold")
-    assert bench.wait(3) == ("unfolded", 0)
-    assert -DEBOUNCED < bench.wound() < SWITCH_TRAVEL
-    assert not bench.refusal("setup")
 
 
 def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
