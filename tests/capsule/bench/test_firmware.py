@@ -217,7 +217,11 @@ def test_the_pages_have_the_firmwares_numbers():
     defined = re.findall(r"#define (\w+) \(?([\dL* ]+?)\)?(?: */\*.*)?\n", text)
     has = {name: eval(value.replace("L", ""), {}) for name, value in defined}
     per_turn = has["HALF_STEPS_PER_TURN_NUMERATOR"] / has["HALF_STEPS_PER_TURN_DENOMINATOR"]
-    wave_mm, on_s, per_s = has["WAVELENGTH_UM"] / 1000, has["DUTY_ON_MS"] / 1000, 1e6 / has["TICK_US"]
+    wave_mm, on_s, per_s = (
+        has["WAVELENGTH_UM"] / 1000,
+        has["DUTY_ON_MS"] / 1000,
+        1e6 / has["TICK_US"],
+    )
     per_mm = per_turn / (has["WAVES_PER_MOTOR_TURN"] * wave_mm)
     assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
     longest_s, mm = has["LONGEST_MS"] / 1000, np.pi * 10 / per_turn
