@@ -1,4 +1,4 @@
-"""What the computer does for the boards with motors: leases, hangs, resets, refusals."""
+"""What the computer does for the boards with motors: leases, hangs, resets, refusals, phase."""
 
 import itertools
 import threading
@@ -8,13 +8,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from capsule.bench import bench_errors, board, fold, survey_bench, wave
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.fold import FoldBoard
+from capsule.bench.protocol import Position
 from capsule.bench.survey_bench import BoardBench
-from capsule.bench.wave import Drive, Wave
+from capsule.bench.timeline import BoardClock
+from capsule.bench.wave import Drive, Wave, WavePhase
 from capsule.survey.survey_log import FOLDING, UNKNOWN_FOLD
+from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.scripted import FakeLine, board_on, identity_of
 
 WAVE = Wave(25.0, 25.0, "forward")
@@ -319,3 +324,103 @@ def test_a_person_who_has_looked_sets_a_new_fold_board_up(
     except AcquisitionError as reason:
         output = str(reason)
     assert (line.sent, said in output) == (sent, True)
+
+
+# Kills: a least delay that never ages, so that a slow clock falls behind by minutes a day.
+def test_a_board_whose_clock_is_slow_is_followed():
+    slow = BoardClock()
+    moments_s = [slow.moment_s(100 * number, 0.1005 * number) for number in range(10_000)]
+    assert moments_s[-1] == pytest.approx(0.1005 * 9_999)
+
+
+WAVELENGTH_MM, SPEED_MM_S, EVERY_S = 80.0, 25.0, 0.2
+
+
+class Cams:
+    """Cams that a simulated peristalsis board turns, with an index at 17 mm, and the phase."""
+
+    def __init__(self, sign=1, cam_mm=3.0, indexed=True):
+        self.sign, self.cam_mm, self.indexed, self.now_s = sign, cam_mm, indexed, 100.0
+        self.origin_mm, self.phase = cam_mm, WavePhase(WAVELENGTH_MM, forward=sign > 0)
+        self.reset()
+
+    def reset(self):
+        """Press the reset button."""
+        self.started_s, self.counted_mm, self.index_steps = self.now_s, 0.0, None
+
+    def run(self, seconds, *, delay_s=0.01, stalled=False, state="running"):
+        """Run the wave, and pass its frames to the phase."""
+        speed_mm_s = self.sign * SPEED_MM_S if state == "running" else 0.0
+        way_mm = abs(speed_mm_s) * EVERY_S
+        for _ in range(round(seconds / EVERY_S)):
+            self.now_s += EVERY_S
+            self.counted_mm += way_mm
+            self.cam_mm += 0.0 if stalled else way_mm
+            beyond_mm = (self.cam_mm - 17.0) % WAVELENGTH_MM
+            if self.indexed and not stalled and beyond_mm < way_mm:
+                self.index_steps = self.steps(self.counted_mm - beyond_mm)
+            board_ms = round(1000 * (self.now_s - self.started_s))
+            counted_mm, steps = round(self.sign * self.counted_mm, 3), self.steps(self.counted_mm)
+            frame = Position(board_ms, steps, counted_mm, speed_mm_s, state, self.index_steps)
+            self.phase.note(frame, self.now_s + delay_s)
+
+    def steps(self, way_mm):
+        """Return the board's half-steps for a way."""
+        return self.sign * round(way_mm * HALF_STEPS_PER_MM)
+
+    def off_mm(self):
+        """Return the error of the phase against the cams, modulo a wavelength."""
+        (wave_mm,) = self.phase.at(np.array([self.now_s + 0.01]))
+        return (wave_mm - (self.cam_mm - self.origin_mm) + 40) % WAVELENGTH_MM - 40
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_way_is_that_of_the_cams_at_any_moment_and_else_nobody_knows_it(sign):
+    cams = Cams(sign)
+    assert np.isnan(cams.phase.at(np.array([1.0]))).all()
+    cams.run(0.4, state="stopped")
+    cams.run(10.0)
+    now_s = cams.now_s + 0.01
+    moments_s = now_s - np.array([5.0, 2.03, 0.5, 0.1, 0.0, -0.3])
+    expected_mm = cams.cam_mm - 3.0 - SPEED_MM_S * (now_s - moments_s)
+    np.testing.assert_allclose(cams.phase.at(moments_s), expected_mm, atol=0.1)
+    cams.now_s += 3.0
+    cams.run(4.0)
+    moments_s = np.array([now_s - 1, now_s + 1.5, cams.now_s, cams.now_s + 2])
+    assert np.isnan(cams.phase.at(moments_s)).tolist() == [False, True, False, True]
+    cams.run(1.0, state="stopped")
+    assert not cams.phase.known
+
+
+@given(
+    sign=st.sampled_from([1, -1]),
+    cam_mm=st.floats(0, 80),
+    indexed=st.booleans(),
+    before_s=st.floats(7, 20),
+    mishaps=st.lists(st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05)), max_size=3),
+)
+def test_after_resets_and_lost_steps_the_index_tells_the_same_phase_and_else_nobody_does(
+    sign, cam_mm, indexed, before_s, mishaps
+):
+    cams = Cams(sign, cam_mm, indexed)
+    cams.run(before_s)
+    assert cams.off_mm() == pytest.approx(0.0, abs=0.3)
+    for resets, runs_s, delay_s in mishaps:
+        if resets or not indexed:
+            cams.now_s += 1.0
+            cams.reset()
+            cams.run(0.2, state="stopped")
+        else:
+            cams.run(5.0, stalled=True)
+        assert not cams.phase.known
+        cams.run(runs_s, delay_s=delay_s)
+        assert cams.phase.known == indexed
+        assert not indexed or cams.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
+
+
+def test_a_reset_before_the_first_index_loses_the_phase_for_good():
+    cams = Cams(cam_mm=18.0)
+    cams.run(1.0)
+    cams.reset()
+    cams.run(20.0)
+    assert (cams.phase.index_mm, cams.phase.known) == (None, False)
