@@ -95,9 +95,8 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
     assert held == lines
 
 
-@pytest.mark.parametrize(
-    ("payload", "event"),
-    [
+def test_events():
+    for payload, event in (
         ("D,7,800,1,2,3,4,1", Sample(7, 800, (1, 2, 3, 4), at_end=True)),
         ("A,speed,25", protocol.Acknowledgement("speed", "25")),
         ("E,speed,too fast, sorry", protocol.Refusal("speed", "too fast, sorry")),
@@ -106,10 +105,8 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
         ("P,402,-2,-0.117,25,running,-19", protocol.Position(402, -2, -0.117, 25, "running", -19)),
         ("F,5310,-4,none,unfolding", protocol.FoldState(5310, -4, "none", "unfolding")),
         ("I,logger,protocol=1,a=", protocol.Identity("logger", {"protocol": "1", "a": ""})),
-    ],
-)
-def test_events(payload, event):
-    assert decode(encode(payload)[:-1]) == event
+    ):
+        assert decode(encode(payload)[:-1]) == event
 
 
 @pytest.mark.parametrize(
@@ -122,9 +119,8 @@ def test_events(payload, event):
     ],
 )
 def test_a_checked_frame_of_unknown_form_is_not_used(payload):
-    content = payload.encode()
-    event = decode(b"$%s*%04X" % (content, checksum(content)))
-    assert isinstance(event, Damaged)
+    frame = b"$%s*%04X" % (payload.encode(), checksum(payload.encode()))
+    assert isinstance(decode(frame), Damaged)
 
 
 def test_what_cannot_be_sent_is_refused():

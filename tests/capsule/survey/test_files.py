@@ -85,10 +85,9 @@ def test_finished_surveys_are_told_from_the_others(tmp_path):
             (tmp_path / name / file).touch()
     listed = list_surveys(tmp_path)
     assert listed.names == ("a.1", "b")
-    assert set(listed.passed_over) == {"running", "a b", "half"}
-    assert "--resume" in listed.passed_over["running"]
-    assert "rename" in listed.passed_over["a b"]
-    assert listed.passed_over["half"] == "there is no places.csv"
+    why = listed.passed_over
+    assert why.keys() == {"running", "a b", "half"} and why["half"] == "there is no places.csv"
+    assert "--resume" in why["running"] and "rename" in why["a b"]
 
 
 def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, monkeypatch):
@@ -102,21 +101,17 @@ def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, mon
         return stored
 
     monkeypatch.setattr(survey, "read_session", read_before_a_change)
-    words = ["--session", session, "--content", survey_content(session)]
+    diagonal = json.dumps({"diagonal": read_settings()["diagonal"]})
+    words = ["--session", session, "--content", survey_content(session), "--settings", diagonal]
     words += ["--output", tmp_path / "drawn"]
-    words += ["--settings", json.dumps({"diagonal": read_settings()["diagonal"]})]
     monkeypatch.setattr(sys, "argv", ["", *map(str, words)])
     with pytest.raises(CapsuleError, match="first has changed since the run began"):
         survey.main()
     assert not (tmp_path / "drawn").exists()
 
 
-@pytest.fixture(scope="module")
-def session():
-    return parse_session("demo", session_contents())
-
-
-def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(session):
+def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines():
+    session = parse_session("demo", session_contents())
     track = track_of(session)
     assert np.all(np.diff(track.time_s) == pytest.approx(0.8))
     np.testing.assert_allclose(
@@ -126,6 +121,9 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(sess
     assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
     between = track.head_mm[(track.time_s >= 120) & (track.time_s <= 212)]
     assert np.allclose(np.diff(between, 2), 0, atol=1e-9)
+    # A place is pinned from its suspicion to its verdict, a crest where it was felt.
+    assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
+    assert crest_at_mm(session, surveys.DETECTOR) == pytest.approx(surveys.CREST_MM, abs=0.5)
 
 
 def test_a_survey_that_never_knew_its_position_has_no_path():
@@ -135,10 +133,3 @@ def test_a_survey_that_never_knew_its_position_has_no_path():
     lost = parse_session("lost", session_contents() | {"stream.csv": unknown})
     assert not track_of(lost).known.any()
     assert np.isnan(crest_at_mm(lost, surveys.DETECTOR))
-
-
-def test_a_place_is_pinned_from_its_suspicion_to_its_verdict_and_crests_where_they_were_felt(
-    session,
-):
-    assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
-    assert crest_at_mm(session, surveys.DETECTOR) == pytest.approx(surveys.CREST_MM, abs=0.5)
