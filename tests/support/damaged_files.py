@@ -12,8 +12,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from support import lab_files as lab
 from support.importing import ODD
-from support.lab_files import COUNTS, KILO_OHMS, TIME_S, excel_rows, nwb_file
-from support.xdf_writer import xdf_file, xdf_stream
+from support.lab_files import COUNTS, KILO_OHMS, TIME_S, excel_rows
 
 
 def write_each_format(folder: Path) -> dict[str, Path]:
@@ -21,6 +20,7 @@ def write_each_format(folder: Path) -> dict[str, Path]:
 
     The file of a bag of ROS 2 lies in the bag's folder.
     """
+    lab.write_examples(folder)
     endings = ".csv .log .gz .npy .npz .mat 73.mat .h5 .nc .xlsx .nwb .tdms .xdf .bag"
     files = {ending: folder / f"run{ending}" for ending in endings.split()}
     files[".csv"].write_bytes((ODD / "comma.txt").read_bytes())
@@ -28,7 +28,6 @@ def write_each_format(folder: Path) -> dict[str, Path]:
     files[".gz"].write_bytes(gzip.compress((ODD / "comma.txt").read_bytes()))
     np.save(files[".npy"], np.vstack([TIME_S, COUNTS]).T)
     np.savez_compressed(files[".npz"], t=TIME_S, V=COUNTS.T)
-    lab.write_matlab(files[".mat"], {"t": TIME_S, "V": COUNTS.T})
     lab.write_matlab_73(files["73.mat"], {"t": TIME_S[:, None], "V": COUNTS.T})
     with h5py.File(files[".h5"], "w") as file:
         file.create_dataset("run/readings", data=KILO_OHMS, compression="gzip")
@@ -37,19 +36,10 @@ def write_each_format(folder: Path) -> dict[str, Path]:
     readings = xarray.Dataset({"readings": (("time", "sensor"), COUNTS.T)}, {"time": TIME_S})
     readings.to_netcdf(files[".nc"], engine="scipy", encoding=packed)
     lab.write_workbook(files[".xlsx"], {"Run 1": excel_rows(TIME_S.tolist())})
-    nwb_file(files[".nwb"], unit="kohm", rate=10.0)
-    told = {"wf_start_offset": 0.0, "wf_start_time": np.datetime64(0, "us")}
-    rows = {f"AI{n}": row for n, row in enumerate(COUNTS)}
-    lab.write_tdms(files[".tdms"], rows, wf_increment=0.1, **told)
-    stream = xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts")
-    files[".xdf"].write_bytes(xdf_file(stream))
-    lab.write_bag_1(files[".bag"])
     for plugin in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
         bag = folder / plugin.name.lower()
-        lab.write_bag_2(bag, plugin)
-        (files[f".{plugin.name.lower()}"],) = (
-            path for path in bag.iterdir() if path.name != "metadata.yaml"
-        )
+        lab.write_bag(bag, plugin)
+        (files[f".{bag.name}"],) = (each for each in bag.iterdir() if each.suffix != ".yaml")
     return files
 
 

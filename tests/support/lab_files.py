@@ -1,5 +1,6 @@
 """Write files of a laboratory, each with the library of its format."""
 
+import struct
 from datetime import UTC, datetime
 
 import h5py
@@ -13,7 +14,6 @@ from rosbags.rosbag2 import Writer as Bag2
 from rosbags.typesys import Stores, get_typestore
 
 from support.project import ROOT
-from support.xdf_writer import xdf_file, xdf_stream
 
 # A recording of the shipped archive: a limit may meet it that shorter ones do not reach.
 TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
@@ -91,32 +91,65 @@ def nwb_file(path, **series):
         stream.write(file)
 
 
-def messages(types):
-    """Return the samples as a topic of arrays, and the class of another topic."""
+def write_bag(path, plugin=None):
+    """Write a topic of arrays and another one as a bag of ROS 1, or of ROS 2 in a storage."""
+    types = get_typestore(Stores.ROS2_HUMBLE if plugin else Stores.ROS1_NOETIC)
+    encode = types.serialize_cdr if plugin else types.serialize_ros1
     array = types.types["std_msgs/msg/Float64MultiArray"]
     layout = types.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
-    start = int(STARTED.timestamp()) * 10**9
-    for t, sample in zip(TIME_S, COUNTS.T, strict=True):
-        yield start + round(t * 1e9), array(layout=layout, data=sample.copy())
+    text = types.types["std_msgs/msg/String"](data="on")
+    with Bag2(path, version=9, storage_plugin=plugin) if plugin else Bag1(path) as bag:
+        topic = bag.add_connection("/capsule", array.__msgtype__, typestore=types)
+        log = bag.add_connection("/log", text.__msgtype__, typestore=types)
+        for t, sample in zip(TIME_S, COUNTS.T, strict=True):
+            stamp = int(STARTED.timestamp()) * 10**9 + round(t * 1e9)
+            message = array(layout=layout, data=sample.copy())
+            bag.write(topic, stamp, encode(message, topic.msgtype))
+            bag.write(log, stamp, encode(text, log.msgtype))
 
 
-def write_bag_1(path):
-    types = get_typestore(Stores.ROS1_NOETIC)
-    with Bag1(path) as bag:
-        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
-        for stamp, message in messages(types):
-            bag.write(topic, stamp, types.serialize_ros1(message, topic.msgtype))
+def xdf_stream(number, name, stamps, values, labels, unit, offset_s=0.0):
+    """Return a stream of (C, K) numbers at K stamps of the sender's clock.
+
+    The recorder's clock is ahead of the sender's by `offset_s`.
+    """
+    channels = "".join(
+        f"<channel><label>{label}</label><unit>{unit}</unit></channel>" for label in labels
+    )
+    header = (
+        f"<?xml version='1.0'?><info><name>{name}</name><type>tactile</type>"
+        f"<channel_count>{len(labels)}</channel_count><nominal_srate>10</nominal_srate>"
+        f"<channel_format>double64</channel_format><created_at>1</created_at>"
+        f"<desc><channels>{channels}</channels></desc></info>"
+    )
+    # A mark for a time stamp of eight bytes stands before each.
+    samples = b"".join(
+        b"\x08" + struct.pack(f"<d{len(labels)}d", stamp, *sample)
+        for stamp, sample in zip(stamps, values.T, strict=True)
+    )
+    footer = (
+        f"<?xml version='1.0'?><info><first_timestamp>{stamps[0]}</first_timestamp>"
+        f"<last_timestamp>{stamps[-1]}</last_timestamp>"
+        f"<sample_count>{len(stamps)}</sample_count></info>"
+    )
+    offsets = [(4, struct.pack("<dd", stamps[at], offset_s)) for at in (0, len(stamps) // 2, -1)]
+    count = b"\x04" + struct.pack("<I", len(stamps))
+    parts = [(2, header.encode()), (3, count + samples), *offsets, (6, footer.encode())]
+    return b"".join(xdf_chunk(tag, struct.pack("<I", number) + part) for tag, part in parts)
 
 
-def write_bag_2(path, plugin):
-    types = get_typestore(Stores.ROS2_HUMBLE)
-    text = types.types["std_msgs/msg/String"]
-    with Bag2(path, version=9, storage_plugin=plugin) as bag:
-        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
-        log = bag.add_connection("/log", "std_msgs/msg/String", typestore=types)
-        for stamp, message in messages(types):
-            bag.write(topic, stamp, types.serialize_cdr(message, topic.msgtype))
-            bag.write(log, stamp, types.serialize_cdr(text(data="on"), log.msgtype))
+def xdf_chunk(tag, content):
+    """Return a chunk of specification 1.0 (github.com/sccn/xdf), behind four bytes of its length.
+
+    Tags are 1 for the file's header, 2 for a stream's, 3 for samples, 4 for an offset of the clock,
+    and 6 for a stream's end.
+    """
+    return b"\x04" + struct.pack("<IH", len(content) + 2, tag) + content
+
+
+def write_xdf(path, *streams, started="2026-03-04T12:00:00+0000"):
+    head = f"<?xml version='1.0'?><info><version>1.0</version><datetime>{started}</datetime></info>"
+    path.write_bytes(b"XDF:" + xdf_chunk(1, head.encode()) + b"".join(streams))
 
 
 def wave(hertz, seconds):
@@ -157,5 +190,5 @@ def write_examples(folder):
     write_tdms(folder / "run.tdms", rows, group="capsule", wf_increment=0.1, unit_string="V")
     labels = [f"S{n}" for n in range(1, 5)]
     stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts")
-    (folder / "run.xdf").write_bytes(xdf_file(stream))
-    write_bag_1(folder / "run.bag")
+    write_xdf(folder / "run.xdf", stream)
+    write_bag(folder / "run.bag")

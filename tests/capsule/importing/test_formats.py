@@ -22,9 +22,8 @@ from rosbags.rosbag2 import StoragePlugin
 
 from support import lab_files as lab
 from support.importing import Case, assert_readings, import_files
-from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, nwb_file
+from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, nwb_file, xdf_stream
 from support.project import ROOT
-from support.xdf_writer import xdf_file, xdf_stream
 
 SENSORS = {f"S{n}": row for n, row in enumerate(COUNTS, start=1)}
 GAP_S = TIME_S + 3 * (TIME_S > 20)
@@ -98,7 +97,7 @@ def xdf(path, *streams, unit="counts", **said):
         xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
         for at, (stamps, names) in enumerate(streams, start=1)
     ]
-    path.write_bytes(xdf_file(*content, **said))
+    lab.write_xdf(path, *content, **said)
 
 
 @named("run.xlsx")
@@ -170,7 +169,7 @@ def understated(path):
 def clocked_xdf(path):
     """Write a stream whose clock the recorder has measured, beside one of another kind."""
     stream = xdf_stream(1, "c", TIME_S + 5000, COUNTS, list(SENSORS), "counts", offset_s=-4000)
-    path.write_bytes(xdf_file(stream, xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["p"], "kPa")))
+    lab.write_xdf(path, stream, xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["p"], "kPa"))
 
 
 # A time and a matrix.
@@ -240,7 +239,7 @@ PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
 NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
-BAG_2 = partial(saved, lab.write_bag_2, "run")
+BAG_2 = partial(saved, lab.write_bag, "run")
 FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
@@ -273,7 +272,7 @@ SAID = {
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
     "a stream on the recorder's clock": read(clocked_xdf(), started=AT_NOON),
-    "a bag of ROS 1": read(saved(lab.write_bag_1, "run.bag"), **FROM_BAG),
+    "a bag of ROS 1": read(saved(lab.write_bag, "run.bag"), **FROM_BAG),
     "a bag of ROS 2, SQLite": read(BAG_2(plugin=StoragePlugin.SQLITE3), **FROM_BAG),
     "a bag of ROS 2, MCAP": read(BAG_2(plugin=StoragePlugin.MCAP), **FROM_BAG),
     "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
@@ -356,7 +355,7 @@ def linked_nwb(path):
 @named("bag")
 def linked_bag(path):
     """Write a folder that links to the files of a bag."""
-    lab.write_bag_2(path.with_name("run"), StoragePlugin.MCAP)
+    lab.write_bag(path.with_name("run"), StoragePlugin.MCAP)
     shutil.copytree(path.with_name("run"), path, copy_function=os.symlink)
 
 
