@@ -3,10 +3,9 @@
 import contextlib
 import io
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -60,15 +59,13 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
     """Import files into `folder`/raw, with lab.yaml beside it."""
     condition = [] if "--unlabelled" in arguments else ["--size", size]
     fixed = ["--raw", folder / "raw", "--write-map", folder / "lab.yaml"]
-    options = build_parser(["import"]).parse_args(
-        ["import", *(str(each) for each in (*arguments, *condition, *fixed))]
-    )
+    words = ["import", *map(str, (*arguments, *condition, *fixed))]
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        importer = Importer(options)
+        importer = Importer(build_parser(["import"]).parse_args(words))
         importer.run()
-    status = 1 if importer.refused else 0
-    return Imported(out.getvalue(), err.getvalue(), importer.summary(), status, folder / "raw")
+    status, told = int(bool(importer.refused)), importer.summary()
+    return Imported(out.getvalue(), err.getvalue(), told, status, folder / "raw")
 
 
 def assert_readings(recording: Recording, time_s: np.ndarray, values: np.ndarray) -> None:
@@ -77,18 +74,14 @@ def assert_readings(recording: Recording, time_s: np.ndarray, values: np.ndarray
     np.testing.assert_allclose(recording.values, values, rtol=1e-9)
 
 
-def lines(
-    *columns: Iterable[float | str], head: str = "time_s,S1,S2,S3,S4", sign: str = ","
-) -> str:
+def lines(*columns, head="time_s,S1,S2,S3,S4", sign=","):
     """Return a table of columns of numbers or texts as text."""
-    rows = [
-        sign.join(cell if isinstance(cell, str) else f"{cell:.12g}" for cell in row)
-        for row in zip(*columns, strict=True)
-    ]
+    cells = ([x if isinstance(x, str) else f"{x:.12g}" for x in column] for column in columns)
+    rows = map(sign.join, zip(*cells, strict=True))
     return "\n".join([*([head] if head else []), *rows, ""])
 
 
-def write_table(path: Path, *columns: Iterable[float], head: str = "time,S1,S2,S3,S4") -> Path:
+def write_table(path, *columns, head="time,S1,S2,S3,S4"):
     """Write a table as text, and return its path."""
     path.write_text(lines(*columns, head=head), encoding="utf-8")
     return path
@@ -109,7 +102,7 @@ class Case(NamedTuple):
     values: np.ndarray | None = COUNTS
     time_s: np.ndarray = TIME_S
     # Lines of the header; None for a key that must not be there.
-    header: Mapping[str, str | None] = MappingProxyType({})
+    header: dict[str, str | None] | tuple[()] = ()
 
     def written(self, folder: Path) -> Path:
         """Return the file; a text and what is written are made in a folder."""

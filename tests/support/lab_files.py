@@ -75,12 +75,7 @@ def write_workbook(path, sheets):
 
 
 def excel_rows(first):
-    head = [
-        ["Bench 2"],
-        [],
-        ["time", "S1", "S2", "S3", "S4"],
-        ["s", "kohm", "kohm", "kohm", "kohm"],
-    ]
+    head = [["Bench 2"], [], ["time", "S1", "S2", "S3", "S4"], ["s", *["kohm"] * 4]]
     return head + [[t, *sample] for t, sample in zip(first, KILO_OHMS.T.tolist(), strict=True)]
 
 
@@ -188,7 +183,6 @@ def write_examples(folder):
     nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
     rows = {f"AI{n}": row / 10 for n, row in enumerate(KILO_OHMS)}
     write_tdms(folder / "run.tdms", rows, group="capsule", wf_increment=0.1, unit_string="V")
-    labels = [f"S{n}" for n in range(1, 5)]
-    stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts")
+    stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, ["S1", "S2", "S3", "S4"], "counts")
     write_xdf(folder / "run.xdf", stream)
     write_bag(folder / "run.bag")

@@ -239,14 +239,12 @@ PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
 NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
-BAG_2 = partial(saved, lab.write_bag, "run")
 FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
 IN_ZONE = "2026-03-04T13:00:00+0100"
 STARTS_TDMS = {"wf_start_time": [*(NINE + np.arange(4))], "wf_start_offset": [0.0, 1, 2, 3]}
 OFFSET = APART | {"wf_start_offset": [2.0 * n for n in range(4)]}
-OWN_HDF = {f"run/{name}": array for name, array in OWN.items()}
 
 SAID = {
     "vectors in .mat": read(matlab(t=TIME_S, **SENSORS)),
@@ -256,9 +254,6 @@ SAID = {
     "rows of a matrix": read(hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), GAP),
     "an archive of numpy": read(saved(np.savez_compressed, "a.npz", t=TIME_S, **SENSORS)),
     "a tall array of numpy": read(saved(np.save, "run.npy", SAMPLES.T)),
-    "a wide array of numpy": read(saved(np.save, "run.npy", SAMPLES)),
-    "fields of numpy": read(saved(np.save, "run.npy", FIELDS)),
-    "fields of HDF5": read(hdf({"table": FIELDS})),
     "a unit named after its array": read(matlab(a=MV, b=KPA), IN_MV, "--variable a"),
     "a remark on another run": read(matlab(a=BOTH, b=NOTED), options="--variable a"),
     "a structure": read(matlab(lab=LAB, n=3.0), IN_KOHM, unit="kohm", import_variable="lab.run"),
@@ -273,8 +268,7 @@ SAID = {
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
     "a stream on the recorder's clock": read(clocked_xdf(), started=AT_NOON),
     "a bag of ROS 1": read(saved(lab.write_bag, "run.bag"), **FROM_BAG),
-    "a bag of ROS 2, SQLite": read(BAG_2(plugin=StoragePlugin.SQLITE3), **FROM_BAG),
-    "a bag of ROS 2, MCAP": read(BAG_2(plugin=StoragePlugin.MCAP), **FROM_BAG),
+    "a bag of ROS 2": read(saved(lab.write_bag, "run", StoragePlugin.MCAP), **FROM_BAG),
     "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
     "a compressed text": read(saved(TABLE.to_csv, "a.csv.gz", index=False), import_file="a.csv.gz"),
     "two rates in HDF5": read(hdf({"tactile": COUNTS.T, "video": np.zeros((3150, 1))}, TWO_RATES)),
@@ -286,7 +280,7 @@ SAID = {
             words=f"the file says that it began {began!r}, which is no date",
             started=None,
         )
-        for began in ("March 4, 2026", "9999-12-31T23:59:59-23:00", "soon")
+        for began in ("March 4, 2026", "9999-12-31T23:59:59-23:00")
     },
     "a start with a zone": read(xdf((TIME_S, ALL), started=IN_ZONE), started=AT_NOON),
     "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
@@ -303,11 +297,8 @@ SAID = {
     "a scale for each channel": read(nwb(**GAINS), (TIME_S, COUNTS / 1000 * CHANNEL_SCALES)),
     "a series for each sensor": read(nwb(*EACH_SERIES), FROM_6_S),
     "a time for each sensor in .mat": read(matlab(**OWN), FROM_6_S),
-    "a time for each sensor in .npz": read(saved(np.savez, "a.npz", **OWN), FROM_6_S),
-    "a time for each sensor in HDF5": read(hdf(OWN_HDF), FROM_6_S),
     "a column of times for each sensor": read(matlab(t=COLUMNS.T, V=COUNTS.T), COLUMNS_READ),
     "starts of TDMS": read(tdms(LATER, **STARTS_TDMS, **APART), FROM_6_S),
-    "offsets of TDMS": read(tdms(LATER, **OFFSET), FROM_6_S),
     "a group of TDMS for each sensor": read(tdms(LATER, group=None, **OFFSET), FROM_6_S),
     "half the rate": read(tdms(HALF, **HALF_RATE), (TIME_S, [*COUNTS[:3], 500 + TIME_S])),
     "a sample short": read(tdms(SHORT, **APART), SHORT_READ),
@@ -362,7 +353,6 @@ def linked_bag(path):
 COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
 ABOVE_SHEET = sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *SAMPLES.T.tolist()])
 OVER_ALL = named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS])
-T_NAMES = {f"{name}_T": row for name, row in SENSORS.items()}
 # Where a file tells a unit, and how it is quoted.
 UNITS = {
     "XDF": (xdf((TIME_S, ALL), unit="uV"), "names uV of"),
@@ -370,50 +360,40 @@ UNITS = {
     "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
     "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
     "HDF5": (attributed("V", "units", "kPa"), "names kPa of"),
-    "a group": (attributed("/", "unit", "kPa"), "names kPa of"),
     "a compound": (hdf({"run": FIELDS}, {("run", "units"): "kPa"}), "names kPa of"),
     "a group's name": (hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}), "says 'p (kPa)'"),
     "a structure": (matlab(run=BOTH | {"units": "mmHg"}), "names mmHg of"),
     "each column": (timed(units=np.array(["kPa"] * 4, dtype=object)), "names kPa of"),
     "cells in MATLAB 7.3": (cells_73, "names kPa of"),
     "info": (matlab(run=BOTH | {"info": {"units": "kPa"}}), "says 'units: k"),
-    "meta": (timed(meta={"daq": {"unit": "kPa"}}), "says 'unit: kPa'"),
     "a name": (timed(V_unit="kPa"), "names kPa of"),
     "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
     "numpy": (saved(np.savez, "a.npz", **BOTH, unit="kPa"), "names kPa of"),
     "a line above a sheet": (ABOVE_SHEET, "names kPa of"),
     "columns of a sheet": (OVER_ALL, "says 'Pressure (kPa)'"),
     "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
-    "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
     "a description": (attributed("V", "description", "N"), "names N of"),
     "a description of NWB": (nwb(series(description="in kPa")), "names counts and kPa of"),
-    "a letter behind names": (hdf({"t": TIME_S, **T_NAMES}), "names T of 'S1_T'"),
     "a form": (workbook(form='0.00" kPa"'), "names kPa of"),
     "a remark on a cell": (workbook(C1="pressure in kPa"), "says 'pressure in kPa'"),
     "words beside names": (workbook(G1="all in kPa"), "names kPa of"),
-    "a word beside samples": (workbook(H5="kPa"), "names kPa of"),
-    "a letter beside names": (workbook(G1="N"), "names N of"),
     "a letter beside samples": (workbook(H5="N"), "names N of"),
 }
 SCALES = {
     "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
     "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
-    "of a data set": (attributed("V", "scale", 0.01), "'scale: 0.01'"),
+    "of a data set": (attributed("V", "slope", 0.01), "'slope: 0.01'"),
     "of a compound": (hdf({"run": FIELDS}, {("run", "scale"): 0.01}), "'scale: 0.01'"),
-    "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "'scale: 0.01'"),
     "of a structure beside": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
-    "of a root": (attributed("/", "slope", 0.5), "'slope: 0.5'"),
     "of a sheet of channels": (beside(["Channel", "Gain"], ["AI0", 10]), "'Gain: 10'"),
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
-    "a symbol": (timed(k=0.5), "'k: 0.5'"),
     "of a converter": (attributed("V", "bit_volts", 0.01), "'bit_volts: 0.01'"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
 TIMED_RATES = {
     "a number": (timed(fs=50.0), "fs = 50"),
     "words": (timed(Fs="0.05 kHz"), "Fs = 50"),
-    "a structure": (timed(info={"fs": 50.0}), "fs = 50"),
     "another sheet": (beside(["Sampling rate", "50 Hz"]), "Sampling rate = 50"),
     "each column": (attributed("V", "rate", [10.0, 10, 10, 5]), "rate = 5 and another rate = 10"),
 }
@@ -422,7 +402,6 @@ RATES = {
     "two": (matlab(**RATED, freq=50.0), "fs = 10 and freq = 50"),
     "one of a filter": (matlab(V=COUNTS.T, freq=50.0), "freq = 50"),
     "two in structures": (matlab(**RATED, info={"fs": 50.0}), "fs = 10 and another fs = 50"),
-    "an interval, too": (matlab(**RATED, dt=0.02), "fs = 10 and 1 / dt = 50"),
     "one of a group of TDMS": (
         tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
         "1 / wf_increment = 10 and sampling_rate = 50",
@@ -432,7 +411,6 @@ DELAYED = hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enume
 IN_CS = BOTH | {"t": TIME_S * 100}
 CLOCKED = attributed("t", "clock", "250 kHz", t=TIME_S * 250_000)
 CHUNKS = 5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4
-JUMPING = TIME_S + 2e5 * (TIME_S == 30)
 OVERLOAD = workbook([*TIMES[:8], "overload", *TIMES[9:]])
 FORMULAS = workbook(change=lambda count: f"={count:.0f}+0")
 TEXTS = workbook(change=lambda count: f"{count / 200:.3f}".replace(".", ","))
@@ -458,7 +436,6 @@ ASKED = {
     },
     "a unit of time": Case(attributed("t", "units", "cs", **IN_CS), "the unit 'cs'", BY_RATE),
     "a clock of another rate": Case(CLOCKED, "the unit 'clock: 250 kHz'", BY_RATE),
-    "a time without a unit": Case(matlab(**IN_CS), f"of 0.01 s, 10 Hz ({BY_RATE})", BY_RATE),
     "a time's unit beside": Case(matlab(**IN_CS, time_unit="cs"), "the unit 'cs'", BY_RATE),
     "another name of a start": Case(DELAYED, "sensor 1 names its start, 'delay: 0.0', which is no"),
     "a start by date and clock": Case(
@@ -466,7 +443,6 @@ ASKED = {
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
     ),
     "stamps of chunks": Case(xdf((CHUNKS, ALL)), "the file states nominal_srate", "--time none"),
-    "a stamp that jumps": Case(xdf((JUMPING, ALL)), "sample 302: time runs backwards", BY_RATE),
     "a formula": Case(FORMULAS, f"B2: the formula '={COUNTS[0, 0]:.0f}+0'"),
     "numbers as text": Case(TEXTS, "as text, save it as CSV"),
     "a word in a sheet": Case(OVERLOAD, "row 10, column 'time': 'overload'"),

@@ -131,11 +131,9 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     ("content", "words"),
     [
         ("unti: V", "unti: there is no such key; did you mean unit?"),
-        ("unit: psi", "unit: 'psi' is not allowed; must be one of counts, V, mV, ohm, kohm"),
         ("rate: fast", "rate: 'fast' is not allowed; must be a number, more than 0, at most"),
         ("sensors: S1", "'S1' is not allowed; must be a list of at least 1, each text"),
         ("sensors: [1, 2]", "sensors: [1, 2] names 2 columns, but recording.sensors of the"),
-        ("adc_bits: 1.5", "1.5 is not allowed; must be a whole number, at least 1"),
         ("date_order: day_first\ntime_unit: s", "'day_first' needs dates, but time_unit is s;"),
         ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file into runs, but each file"),
     ],
@@ -269,7 +267,6 @@ def test_a_reader_that_ends_early_does_not_stop_the_import():
 @pytest.mark.parametrize(
     ("path", "sign", "options", "written"),
     [
-        ("raw/2.5mm/r07.csv", ",", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
         ("raw/2.5mm/r07.csv", ";", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
         ("my files/foreign.csv", "\t", "--unlabelled", "unlabelled/foreign"),
     ],
