@@ -1,6 +1,7 @@
 """PrusaSlicer prints the parts as intended, and finds no fault in the meshes."""
 
 import subprocess
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from capsule.parts.files import read_design
 from support.marks import needs_programs
 
 pytestmark = [pytest.mark.slicer, needs_programs("prusa-slicer", packages="prusa-slicer")]
-CENTRE = np.array([125.0, 105.0])
+CENTRE = 125 + 105j
 
 
 def sliced(made, name):
@@ -22,8 +23,8 @@ def sliced(made, name):
 
 
 def lines_by_layer(gcode):
-    """Return the printed lines of each layer: rows of x, y, x, y, width, relative to the middle."""
-    layers, width, at = [], 0.0, np.zeros(2)
+    """Return start, end (x + iy from the middle) and width of the printed lines of each layer."""
+    layers, width, at = [], 0.0, 0j
     for line in gcode.splitlines():
         if line.startswith(";LAYER_CHANGE"):
             layers.append([])
@@ -31,46 +32,41 @@ def lines_by_layer(gcode):
             width = float(line.partition(":")[2])
         elif line.startswith("G1 "):
             words = {word[0]: float(word[1:]) for word in line.split()[1:] if word[0] in "XYE"}
-            end = np.array([words.get("X", at[0]), words.get("Y", at[1])])
+            end = complex(words.get("X", at.real), words.get("Y", at.imag))
             if layers and words.get("E", 0.0) > 0 and {"X", "Y"} & words.keys():
-                layers[-1].append([*(at - CENTRE), *(end - CENTRE), width])
+                layers[-1].append([at - CENTRE, end - CENTRE, width])
             at = end
     return [np.array(layer) for layer in layers]
 
 
 def crossing(lines, point, normal):
     """Return distance from a point, along a normal, and width of the lines that cross it."""
-    start, end = lines[:, :2] - point, lines[:, 2:4] - point
-    along = np.array([-normal[1], normal[0]])
-    before, after = start @ along, end @ along
-    crosses = (before <= 0) != (after <= 0)
-    part = before[crosses] / (before[crosses] - after[crosses])
-    at = start[crosses] + part[:, np.newaxis] * (end - start)[crosses]
-    distance = at @ normal
+    start, end, width = ((lines - [point, point, 0]) / [normal, normal, 1]).T
+    crosses = (start.imag <= 0) != (end.imag <= 0)
+    start, way = start[crosses], (end - start)[crosses]
+    distance = start.real - start.imag * way.real / way.imag
     near = np.abs(distance) < 0.45
-    return distance[near], lines[crosses][near, 4]
+    return distance[near], width.real[crosses][near]
 
 
 def test_each_layer_is_one_unbroken_line_along_every_straight_wall(made):
     shape = read_design().shape
-    corners = np.array([shape.fold, shape.shoulder, shape.lower])
     # The slicer centres the box around the part, which reaches from -1.1742 to 6.2088 mm.
-    corners[:, 0] -= (-1.1742 + 6.2088) / 2
+    middle = (-1.1742 + 6.2088) / 2
+    corners = np.array([shape.fold, shape.shoulder, shape.lower]) @ [1, 1j] - middle
     # A, C, B, and back on the other side of the axis.
-    around = [*corners, *(corners * [1.0, -1.0])[::-1]]
+    around = [*corners, *corners.conj()[::-1]]
     layers = lines_by_layer(sliced(made, "substructure"))
     assert len(layers) == 25
     for first, second in zip(around, around[1:] + around[:1], strict=True):
         way = second - first
-        normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
-        for lines in layers:
-            for part in np.linspace(0.2, 0.8, 40):
-                crossed = crossing(lines, first + part * way, normal)
-                np.testing.assert_allclose(crossed, [[0.0], [0.5]], atol=0.02)
+        for lines, part in product(layers, np.linspace(0.2, 0.8, 40)):
+            crossed = crossing(lines, first + part * way, 1j * way / abs(way))
+            np.testing.assert_allclose(crossed, [[0.0], [0.5]], atol=0.02)
 
 
 @pytest.mark.parametrize("width_mm", [0.40, 0.50, 0.60])
 def test_a_wall_bar_is_one_line_as_wide_as_it_is_called(made, width_mm):
     for lines in lines_by_layer(sliced(made, f"coupon-wall-{width_mm:.2f}")):
-        crossed = crossing(lines, np.zeros(2), np.array([0.0, 1.0]))
+        crossed = crossing(lines, 0, 1j)
         np.testing.assert_allclose(crossed, [[0.0], [width_mm]], atol=0.02)

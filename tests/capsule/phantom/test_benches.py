@@ -13,7 +13,8 @@ from phantom_study import calibrate
 from capsule.errors import CapsuleError
 from capsule.phantom import parameters
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
-from capsule.phantom.parameters import bench_values, phantom_from_table, value_of
+from capsule.phantom.parameters import bench_values, phantom_from_table, value_of, with_values
+from capsule.phantom.simulation import simulate_run
 from capsule.store.files import read_csv
 from support.project import ROOT
 
@@ -88,12 +89,21 @@ def test_a_bench_that_ships_differs_from_the_usual_one_in_all_that_it_holds(name
     values = bench_values(TABLE, bench)
     phantom, usual = read_phantom(DEFAULT_TABLE, [], name), phantom_from_table(TABLE)
     assert {each: value_of(phantom, each) for each in values} == values
+    runs = ["2mm/r01", "2mm/r01", "2mm/r02"]
+    first, again, other = (simulate_run(phantom, 2.0, 3, run).counts for run in runs)
+    np.testing.assert_array_equal(first, again)
+    assert first.tobytes() != other.tobytes()
+    assert 300 < first.shape[1] < 1000
     for each, value in values.items():
         part, key = each.split(".")
         # What was searched for may end where the usual bench is.
         searched = "range" in bench[part][key]
         assert value != value_of(usual, each) or searched, each
         assert (bench[part][key]["source"] == "calibrated") == searched, each
+        # It acts on a run. In these no awn is caught.
+        without = with_values(phantom, {each: value_of(usual, each)})
+        same = simulate_run(without, 2.0, 3, runs[0]).counts.tobytes() == first.tobytes()
+        assert same == (each in ("advance.hold_waves", "advance.catch_probability")), each
 
 
 # What their studies found.
