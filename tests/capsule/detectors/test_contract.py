@@ -171,7 +171,8 @@ def test_the_registry_begins_with_the_papers_detector_and_refuses_a_name_that_it
 def test_the_papers_verdict_is_that_of_the_nearest_template(archive):
     whole, found, model = archive.templates, 0, NearestTemplate.taught(archive)
     for recording in archive.recordings.values():
-        verdict, expected = model.verdict(recording), template_distances(recording.matrix, whole.matrices)
+        verdict = model.verdict(recording)
+        expected = template_distances(recording.matrix, whole.matrices)
         np.testing.assert_array_equal(verdict.distances, expected)
         np.testing.assert_equal(verdict.predicted_mm, method.nearest_size(expected, whole.sizes_mm))
         _, gains, lags = method.compare_templates(recording.matrix, model.templates)

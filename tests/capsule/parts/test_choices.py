@@ -86,7 +86,6 @@ PRESSED = "origami.fold_angle_deg=16 origami.shoulder_to_tip_mm=8 origami.tip_ra
         ("bench.length_mm=100", "multiple of wall.wavelength_mm (80), at most 160"),
         ("wall.amplitude_mm=5", "amplitude_mm is 5; it must be at most 4.634"),
         ("origami.tip=square", "origami.tip is square; allowed are bulb, round, curl"),
-        ("bench.cam_teeth=20.5", "bench.cam_teeth is 20.5; allowed are whole numbers"),
         ("bench.frame_mm=90", "bench.frame_mm is 90; allowed is 2 to 10"),
         ("sensor.noise=0.1", "the parts have no value sensor.noise; config/parts.yaml lists all"),
         ("choice.fold_side=tail", "did you mean origami.fold_side?"),
