@@ -19,9 +19,8 @@ from capsule.commands.cli import COMMANDS
 from support.command import output_of, parsers
 from support.documents import all_blocks, blocks, documents
 from support.importing import assert_readings, import_files
-from support.lab_files import write_examples
+from support.lab_files import KILO_OHMS, TIME_S, write_examples
 from support.project import ROOT
-from support.synthetic import make_recording
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 BLOCKS = all_blocks()
@@ -171,14 +170,11 @@ def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_i
     example = (ROOT / "docs/examples/fabricslide.yaml").read_text(encoding="utf-8")
     assert example.rstrip() in [each.text for each in BLOCKS if each.document == "docs/import.md"]
     (block,) = [each.text for each in BLOCKS if "time_ms,S1_kOhm" in each.text]
-    made = make_recording(3.0, "3mm/r01", samples=525)
-    kohm = (12 * made.values / (1024 - made.values)).round(3)
-    rows = np.vstack([1000 * made.time_s, kohm]).T
-    lines = [block.splitlines()[0], *(",".join(f"{each:g}" for each in row) for row in rows)]
-    (tmp_path / "r01.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    rows, names = np.vstack([1000 * TIME_S, KILO_OHMS]).T, block.splitlines()[0]
+    np.savetxt(tmp_path / "r01.csv", rows, "%.12g", ",", header=names, comments="")
     recording = import_files(tmp_path, tmp_path / "r01.csv").the_recording()
     assert recording.header["unit"] == "kohm"
-    assert_readings(recording, made.time_s, kohm)
+    assert_readings(recording, TIME_S, KILO_OHMS)
 
 
 @pytest.mark.slow

@@ -104,18 +104,14 @@ def test_pressing_raises_what_is_returned_and_a_wave_lasts_length_over_speed(low
 
 
 def test_only_readings_from_the_converters_range_are_converted():
-    def converted(low, high):
-        readings = np.array([[low, high]])
-        return not np.array_equal(units.relative_resistance(readings, 100.0, True), readings)
-
-    assert converted(0.0, 100.0)
-    assert not converted(-0.1, 100.0) and not converted(0.0, 100.1)
+    converted = {(0.0, 2.0, 75.0, 98.0, 100.0, np.nan): (2 / 98, 2 / 98, 3, 49, 49, np.nan)}
+    converted |= {(0.0, 2.1): (2 / 98, 2.1 / 97.9)}
+    for readings, expected in converted.items():
+        for lowers, power in ((True, 1), (False, -1)):
+            given = units.relative_resistance(np.array([readings]), 100.0, lowers)
+            np.testing.assert_allclose(given, [np.power(expected, power)])
     # Two hundredths of the full scale are too near 0 to be counts.
-    assert converted(0.0, 2.1) and not converted(0.0, 2.0)
-    readings = np.array([[0.0, 2.0, 75.0, 98.0, 100.0, np.nan]])
-    expected = np.array([[2 / 98, 2 / 98, 3, 98 / 2, 98 / 2, np.nan]])
-    for lowers, power in ((True, 1), (False, -1)):
-        given = units.relative_resistance(readings, 100.0, lowers)
-        np.testing.assert_allclose(given, expected**power)
-    outside = np.array([[-3.0, 0.5, np.nan, 2000.0]])
-    np.testing.assert_array_equal(units.relative_resistance(outside, 100.0, False), -outside)
+    for outside in ((-0.1, 100.0), (0.0, 100.1), (0.0, 2.0), (0.5, np.nan, 2000.0)):
+        for lowers, sign in ((True, 1), (False, -1)):
+            given = units.relative_resistance(np.array([outside]), 100.0, lowers)
+            np.testing.assert_array_equal(given, [np.multiply(sign, outside)])
