@@ -46,6 +46,13 @@ def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(
         assert answers.count(False) <= 0.05 * count
 
 
+def shared_noise(numbers):
+    """Return slow noise that neighbouring sensors share in part."""
+    rows = lfilter([1], [1, -numbers.uniform(0.5, 0.99)], numbers.normal(0, 8, (4, 800)), axis=1)
+    shared = numbers.uniform(0.2, 0.8) ** np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
+    return 500 + (shared @ rows)[:, 200:]
+
+
 def travelling_noise(numbers):
     """Return slow noise that reaches one sensor after the other."""
     recursion, delay = [1, -numbers.uniform(0.5, 0.99)], int(numbers.integers(1, 8))
@@ -62,8 +69,9 @@ def ridges(numbers):
     return np.stack([np.interp(at, every, row) for row in channels[first : first + 4]])
 
 
-# Noise that does not travel is no wave, so it seldom comes as far.
-@pytest.mark.parametrize(("foreign", "runs"), [(travelling_noise, 60), (ridges, 120)])
+@pytest.mark.parametrize(
+    ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
+)
 def test_foreign_readings_that_would_get_a_verdict_are_unlike(shipped, foreign, runs):
     made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
     recordings = [DescribedRecording(values, shipped[2]) for values in made]
