@@ -135,26 +135,22 @@ TO_A_SUSPICION = ("placed", "suspected", "passed")
 THERE_AND_BACK = ("folded", "tick", "far_enough", "unfolded", "placed")
 
 
-def test_a_place_is_passed_again_twice_at_most_and_the_next_one_as_often():
-    cycle, commands = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "confirmed")
-    assert cycle == Cycle("exploring", retests=1)
-    assert commands == [FOLD, HOLD, HOLD, UNFOLD]
-    cycle, _ = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "again", *THERE_AND_BACK, "again")
-    assert cycle == Cycle("exploring", retests=cycles.MOST_RETESTS)
-    assert after(cycle, "suspected")[0].retests == 0
+# Kills: tries of different places that add up to a capsule that cannot go back.
+def test_a_place_is_passed_again_twice_at_most_until_three_ways_back_in_a_row_lead_nowhere():
+    once = (*TO_A_SUSPICION, *THERE_AND_BACK)
+    assert lead(*once, "confirmed") == (Cycle("exploring", retests=1), [FOLD, HOLD, HOLD, UNFOLD])
+    twice, _ = lead(*once, "again", *THERE_AND_BACK, "again")
+    assert twice == Cycle("exploring", retests=cycles.MOST_RETESTS)
+    assert after(twice, "suspected")[0].retests == 0
     # A board that lets the origami go is told so, too.
     cycle, commands = lead(*TO_A_SUSPICION, "folded", "let_go")
     assert (cycle.state, commands[-1]) == ("unfolding", UNFOLD)
-
-
-# Kills: tries of different places that add up to a capsule that cannot go back.
-def test_after_three_ways_back_in_a_row_that_lead_nowhere_it_goes_on_with_single_passes():
     there = ("folded", "far_enough", "unfolded", "not_back")
     cycle, commands = lead(*TO_A_SUSPICION, *there * cycles.MOST_TRIES)
     assert cycle == Cycle("exploring", tries=cycles.MOST_TRIES, no_return=True)
     assert commands.count(FOLD) == cycles.MOST_TRIES
-    assert after(after(cycle, "suspected")[0], "passed") == (cycle, ())
-    placed = lead(*TO_A_SUSPICION, *there * 2, *THERE_AND_BACK)[0]
+    assert after(after(cycle, "suspected")[0], "passed") == (cycle, ())  # single passes from now on
+    placed, _ = lead(*TO_A_SUSPICION, *there * 2, *THERE_AND_BACK)
     assert (placed.tries, placed.no_return) == (0, False)
 
 
