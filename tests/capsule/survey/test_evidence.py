@@ -79,14 +79,12 @@ def test_the_newest_wave_alone_gives_a_newer_position():
 
 def test_a_dead_sensor_is_left_out_and_three_dead_ones_say_nothing():
     wave_mm = 2.5 * np.arange(SPAN)
-    pressed = felt(np.full(SPAN, 12.0), wave_mm)
-    whole = place_in_wave(pressed, wave_mm, 6.3, 80.0)
-    pressed[1] = 7.0
-    assert place_in_wave(pressed, wave_mm, 6.3, 80.0) == pytest.approx(whole, abs=0.05)
-    pressed[2] = np.nan
-    assert place_in_wave(pressed, wave_mm, 6.3, 80.0) == pytest.approx(whole, abs=0.05)
-    pressed[3] = 0.0
-    assert np.isnan(place_in_wave(pressed, wave_mm, 6.3, 80.0))
+    pressed, places_mm = felt(np.full(SPAN, 12.0), wave_mm), []
+    for dead, reading in ((slice(0), 0.0), (1, 7.0), (2, np.nan), (3, 0.0)):
+        pressed[dead] = reading
+        places_mm.append(place_in_wave(pressed, wave_mm, 6.3, 80.0))
+    assert places_mm[1:3] == pytest.approx(2 * places_mm[:1], abs=0.05)
+    assert np.isnan(places_mm[3])
 
 
 @pytest.mark.parametrize("number", range(1, 4))
@@ -112,18 +110,13 @@ def test_without_a_wave_on_every_sensor_there_is_none():
 
 
 def test_the_best_place_is_the_middle_of_the_top():
-    places = np.arange(100.0, 120.0)
-    evidence = np.zeros(20)
-    evidence[[4, 5, 6, 7, 8]] = [0.6, 1.0, 0.9, 0.6, 0.4]
-    evidence[15] = 0.8
-    place_mm, score = GutEvidence(places, evidence).best()
-    assert score == 1.0
-    assert place_mm == pytest.approx((0.6 * 104 + 105 + 0.9 * 106 + 0.6 * 107) / 3.1)
-    below = GutEvidence(places, evidence - 2).best()
-    assert below == (105.0, -1.0)
+    places, evidence = np.arange(100.0, 120.0), np.zeros(20)
+    evidence[4:9], evidence[15] = [0.6, 1.0, 0.9, 0.6, 0.4], 0.8
+    middle_mm = (0.6 * 104 + 105 + 0.9 * 106 + 0.6 * 107) / 3.1
+    assert GutEvidence(places, evidence).best() == (pytest.approx(middle_mm), 1.0)
+    assert GutEvidence(places, evidence - 2).best() == (105.0, -1.0)
     assert GutEvidence(places, evidence).without([105.0], 3.0).best() == (115.0, 0.8)
-    nothing = GutEvidence(places, evidence).within(200.0, 300.0)
-    assert np.isnan(nothing.best()).all()
+    assert np.isnan(GutEvidence(places, evidence).within(200.0, 300.0).best()).all()
 
 
 def test_one_strange_pass_makes_the_place_strange(tmp_path):
