@@ -35,21 +35,18 @@ from support.marks import needs_terminals
 from support.project import ROOT
 
 
-@pytest.mark.parametrize(
-    ("fault", "kind", "word"),
-    [
+def test_why_a_port_cannot_be_opened(monkeypatch):
+    for fault, kind, word in (
         (serial.SerialException(errno.EACCES, "could not open"), NoPermissionError, "dialout"),
         (serial.SerialException("FileNotFoundError(2, ...)"), BoardNotFoundError, "no port"),
         (serial.SerialException("something else"), AcquisitionError, "something else"),
         (serial.SerialException("PermissionError(13, 'denied')"), PortBusyError, "in use"),
-    ],
-)
-def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
-    if "PermissionError" in str(fault):  # where only pyserial's text tells the kind of fault
-        monkeypatch.setattr(line.os, "name", "nt")
-    reason = line.explain_open_fault("COM5", fault)
-    assert type(reason) is kind
-    assert "COM5" in str(reason) and word in str(reason)
+    ):
+        if "PermissionError" in str(fault):  # where only pyserial's text tells the kind of fault
+            monkeypatch.setattr(line.os, "name", "nt")
+        reason = line.explain_open_fault("COM5", fault)
+        assert type(reason) is kind
+        assert "COM5" in str(reason) and word in str(reason)
 
 
 # Kills: an error of pyserial whose words are no longer those that the program knows.
@@ -268,9 +265,8 @@ def test_every_fault_has_a_status_of_its_own():
         assert ("   13 " in exit_statuses("done", of_survey=of_survey)) == of_survey
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
+def test_wrong_options_are_explained(capsys):
+    for words, complaint in (
         ("record --name r01", "one of the arguments --size --unlabelled --recover is required"),
         ("record --size three", "not a size in mm"),
         ("record --size 3 --duration 0", "not a number above 0"),
@@ -289,13 +285,11 @@ def test_every_fault_has_a_status_of_its_own():
         ("survey --simulate --out x --goto 1500", "the gut is 1000 mm long"),
         ("survey --simulate --out x --metres 50", "'50' is not a number from 0.2 to 10 m"),
         ("survey --simulate --out x --nodules 9", "'9' is not a number from 0.1 to 5 mm"),
-    ],
-)
-def test_wrong_options_are_explained(words, complaint, capsys):
-    with pytest.raises(SystemExit) as ended:
-        cli.main(words.split(" "))
-    assert ended.value.code == 2
-    assert complaint in capsys.readouterr().err
+    ):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(words.split(" "))
+        assert ended.value.code == 2
+        assert complaint in capsys.readouterr().err
 
 
 # The main thread hangs in a call that never returns, so Python runs no handler.
