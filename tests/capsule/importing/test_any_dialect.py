@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
@@ -86,9 +86,7 @@ def test_a_recording_in_any_dialect_is_read_or_refused_with_what_decides(dialect
             assert not said, f"all is said, and still: {refusal}"
             words = ("choose one", "name one with --time", "with --sensors", "use --time-unit")
             assert any(word in str(refusal) for word in words) and "--" in str(refusal)
-            event("refused: " + str(refusal).rpartition(";")[2].strip()[:30])
             continue
-        event("read at once" if not said else "read when told")
         np.testing.assert_allclose(read.clock.time_s, time_s, atol=1e-9)
         np.testing.assert_array_equal(read.values, values)
         assert read.unit == told["unit"]

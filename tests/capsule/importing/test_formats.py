@@ -242,13 +242,14 @@ NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
 FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
+NO_DATE = attributed("/", "started", "March 4, 2026")
+TOO_LATE = attributed("/", "started", "9999-12-31T23:59:59-23:00")
 IN_ZONE = "2026-03-04T13:00:00+0100"
 STARTS_TDMS = {"wf_start_time": [*(NINE + np.arange(4))], "wf_start_offset": [0.0, 1, 2, 3]}
 OFFSET = APART | {"wf_start_offset": [2.0 * n for n in range(4)]}
 
 SAID = {
     "vectors in .mat": read(matlab(t=TIME_S, **SENSORS)),
-    "vectors in MATLAB 7.3": read(matlab_73(t=TIME_S[:, None], **SENSORS)),
     "a matrix, the time and fs": read(matlab(t=GAP_S, V=COUNTS.T, fs=10.0), GAP),
     "vectors in HDF5": read(hdf({"time": TIME_S, **SENSORS})),
     "rows of a matrix": read(hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), GAP),
@@ -274,14 +275,8 @@ SAID = {
     "two rates in HDF5": read(hdf({"tactile": COUNTS.T, "video": np.zeros((3150, 1))}, TWO_RATES)),
     "a start for each data set": read(hdf(LATER, STARTS), FROM_6_S),
     "a start by its clock for each data set": read(hdf(LATER, CLOCKS), FROM_6_S),
-    **{
-        f"a start that is no date, {began}": read(
-            attributed("/", "started", began),
-            words=f"the file says that it began {began!r}, which is no date",
-            started=None,
-        )
-        for began in ("March 4, 2026", "9999-12-31T23:59:59-23:00")
-    },
+    "a start that is no date": read(NO_DATE, words="began 'March 4, 2026', which", started=None),
+    "a start that never was": read(TOO_LATE, words="T23:59:59-23:00', which", started=None),
     "a start with a zone": read(xdf((TIME_S, ALL), started=IN_ZONE), started=AT_NOON),
     "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
@@ -316,7 +311,6 @@ def test_what_a_file_says_counts(tmp_path, kind):
     SAID[kind].check_read(tmp_path, atol=0.03 if "jitter" in kind else 1e-6)
 
 
-@named("run.h5")
 def outside(path, kind):
     """Write a data set whose samples lie in another file."""
     other = str(path.with_name("other.h5"))
@@ -331,16 +325,6 @@ def outside(path, kind):
             file.create_virtual_dataset("V", layout)
         else:
             file["V"] = h5py.ExternalLink(other, "V")
-
-
-@named("run.nwb")
-def linked_nwb(path):
-    """Write a series that lies in another file."""
-    for each in (path, path.with_name("other.nwb")):
-        nwb_file(each, unit="kohm", rate=10.0)
-    with h5py.File(path, "r+") as file:
-        del file["acquisition/sensors"]
-        file["acquisition/sensors"] = h5py.ExternalLink("other.nwb", "acquisition/sensors")
 
 
 @named("bag")
@@ -365,7 +349,6 @@ UNITS = {
     "a structure": (matlab(run=BOTH | {"units": "mmHg"}), "names mmHg of"),
     "each column": (timed(units=np.array(["kPa"] * 4, dtype=object)), "names kPa of"),
     "cells in MATLAB 7.3": (cells_73, "names kPa of"),
-    "info": (matlab(run=BOTH | {"info": {"units": "kPa"}}), "says 'units: k"),
     "a name": (timed(V_unit="kPa"), "names kPa of"),
     "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
     "numpy": (saved(np.savez, "a.npz", **BOTH, unit="kPa"), "names kPa of"),
@@ -450,10 +433,15 @@ ASKED = {
     "no rate": Case(LENGTHS, "'S4' has 263 samples, but 'S3' has 525", options="--rate 10"),
     "LabChart": Case(LABCHART, "LabChart's export for MATLAB", options=COUNTED),
     # Nothing outside of a file or a folder is read.
-    "external samples": Case(outside("external"), OUTSIDE, options=RATED_COUNTS),
-    "virtual samples": Case(outside("virtual"), OUTSIDE, options=RATED_COUNTS),
-    "linked samples": Case(outside("linked"), OUTSIDE, options=RATED_COUNTS),
-    "a linked series": Case(linked_nwb(), OUTSIDE),
+    **{
+        f"{kind} samples in {name}": Case(saved(outside, name, kind), OUTSIDE, "", RATED_COUNTS)
+        for kind, name in (
+            ("external", "run.h5"),
+            ("virtual", "run.h5"),
+            ("linked", "a.h5"),
+            ("linked", "a.nwb"),
+        )
+    },
     "samples outside of a bag": Case(linked_bag(), "outside of this folder; copy it into it"),
     "an array of objects": Case(OBJECTS, "file cannot be read"),
     "an image": Case(saved(np.save, "run.npy", np.zeros((300, 400))), "file holds no table"),
