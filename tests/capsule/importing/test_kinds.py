@@ -267,7 +267,6 @@ PAUSED = TIME_S + 300 * (TIME_S > 20)
 TRUNCATED = np.where(TIME_S > 0, TIME_S + 20, 0)
 STUCK = np.array([*COUNTS[:2], 7 + 0 * TIME_S, COUNTS[3]])
 TABBED = lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")
-QUOTES = [[f'"{cell:.3f}"' for cell in row] for row in (TIME_S, *COUNTS)]
 EMPTY_QUOTES = lines(TIME_S, *COUNTS, head="t a b c d", sign=" ").replace("\n4 ", '\n4 "" ')
 EMPTY_QUOTES = EMPTY_QUOTES.replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 ")
 HELD_FIRST = np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS)
@@ -320,7 +319,6 @@ READ = {
     "remark on the first sample": good(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),
     "numbers of pandas": good(BY_PANDAS, COUNTS, FIVE, "line 1, with 0, 1, 2, 3, is passed over"),
     "a remark behind the first sample": good(lines(TIME_S, *COUNTS, START, head="")),
-    "a named remark": good(lines(TIME_S, *COUNTS, START, head="time_s,S1,S2,S3,S4,note")),
     **{
         f"{m!r} in thousands": good(BY_24.replace(",", m), 24 * COUNTS, COUNTED, "use --adc-bits")
         for m in MARKS
@@ -334,7 +332,6 @@ READ = {
     "a stuck sensor": good(timed("t", TIME_S, STUCK), STUCK, "", "reject it: sensor_3 reads 7 in"),
     "a mark of missing samples in a comment": good(above(FILL), HELD_FIRST, "", "lack a sensor"),
     "a scaling in a comment": good(above(SCALED), COUNTS, COUNTED, "0.1; that is not applied"),
-    "all in quotes": good(lines(*QUOTES, head='"t","a","b","c","d"')),
     "an empty cell in quotes": good(EMPTY_QUOTES, LOST, "", "1 samples lack a sensor and count"),
     "a rising sensor": good(NO_NAMES, np.vstack([TIME_S, COUNTS[:3]]), RISING, "sensor_1 rises"),
     **{f"sensors {each}": good(PLAIN, COUNTS[::-1], f"--sensors {each}") for each in BACKWARDS},
@@ -496,7 +493,6 @@ def twice(key):
 GERMAN_NAMED = grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)")
 RESET = repeated(np.concatenate([TIME_S[:300], TIME_S[:225]]), *COUNTS, head="time_s,S1,S2,S3,S4")
 RECORDED = above("# format_version: 1\n# S1: mV")
-SOME = named("S1 (V),S2,S3 (V),S4")
 ASKED = {
     **rows(UNITS_ABOVE, lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
     **rows(QUOTED, quoted),
@@ -505,7 +501,6 @@ ASKED = {
     **rows(UNITS_IN_NAMES, unit_in_names),
     **rows(QUOTED_NAMES, lambda n, _: Case(named(n), f"says {n.format(1)!r}, and of no", COUNTED)),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
-    "unit of some": Case(SOME, "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED),
     **rows(TIME_UNITS, unknown_unit),
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
