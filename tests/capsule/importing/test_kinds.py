@@ -382,21 +382,19 @@ FIRST, REST = slice(300), slice(300, None)
 # Lines above a table, behind the unit that the refusal names.
 UNITS_ABOVE = """
     kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
-    Vertical Units,kPa | # S1: kPa, S2: kPa, S3: kPa, S4: kPa
-    mmHg => % unit mmHg | Pressure in mmHg | nT => # signals in nT
-    N => # Force [N] | # N | # s;N;N;N;N | # all N | # S1..S4 N | # S1-S4: N
+    Vertical Units,kPa | mmHg => % unit mmHg | nT => # signals in nT
+    N => # Force [N] | # s;N;N;N;N | # all N | # S1..S4 N | # S1-S4: N
     grams-force => # values in grams-force
 """
 # Those that the refusal quotes: units in words, scales, and scales in words.
 QUOTED = """
-    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10} | # fs=10 Hz, unit=kPa
-    # values are mV | # field in microtesla | # readings in grams force | # normal stress / kPa
-    REM all in mmHg | # scale_factor: 0.001 | Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88
-    # gain: 10 | # calib_slope: 2.2 | # counts_per_V: 204.8 | # YScale: 0.5 | # values x 10
-    # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts | # true = raw * 0.5 + 3
-    # 1 LSB = 4.88 mV | All values multiplied by 100 | # supplied by 5 V, with a gain of 2
-    # S1: mV | # S1 in mV | # S1, S2: mV | # S2..S4: kPa | # unit of S1: V | # channel 1: mV
-    # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
+    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10} | # values are mV
+    # field in microtesla | # readings in grams force | REM all in mmHg | # scale_factor: 0.001
+    Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88 | # gain: 10 | # calib_slope: 2.2
+    # counts_per_V: 204.8 | # YScale: 0.5 | # values x 10 | # 0.1 mV per count | # scaled by 0.001
+    # readings are 10 * counts | # 1 LSB = 4.88 mV | # supplied by 5 V, with a gain of 2
+    # S1 in mV | # S2..S4: kPa | # channel 1: mV
+    # k: 0.5 | # a1: 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
 """
 # Names of sensors, behind what the refusal names of the first and all others.
 UNITS_IN_NAMES = """
@@ -417,13 +415,12 @@ TIME_UNITS = """
     us)/10, 1e5 => time (us)/10 | filetime, 1e7 => filetime | pts, 90000 => pts
     cs, 100 => # x-axis unit: cs | # column 1: time [cs] | # {"time_unit": "cs"}
     # first column in cs | 1/256 s, 256 => # time is in 1/256 s
-    10 us, 1e5 => # Time base: 10 us | # time in units of 10 us | # 1 tick = 10 us
+    10 us, 1e5 => # Time base: 10 us | # time in units of 10 us
     ticks, 100 => # t: ticks, S1-S4: counts | centiseconds, 100 => # times are centiseconds
     100 ns, 1e7 => # timestamps in units of 100 ns | 0.1 ms, 1e4 => # time resolution 0.1 ms
     time_scale: 0.01, 100 => # time_scale: 0.01 | 250 kHz, 250e3 => # timer: 250 kHz
     clock_hz: 32768, 32768 => # clock_hz: 32768 | timer: 4 us, 250e3 => # timer: 4 us
-    250,000, 250e3 => # ticks_per_s: 250,000 | 2 MHz, 2e6 => # counted by a clock of 2 MHz
-    1024 Hz, 1024 => # clock of 1024 Hz | hundredths, 100 => # time in hundredths of a second
+    250,000, 250e3 => # ticks_per_s: 250,000
     a second, 100 => # counted in hundredths of a second
 """
 # Lines above a table with rates that contradict its times.
