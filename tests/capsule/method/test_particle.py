@@ -48,37 +48,29 @@ def test_random_particles_fill_their_ranges_and_steps_have_their_deviations():
         np.testing.assert_array_equal(steps[:, 8:], np.rint(steps[:, 8:]))
 
 
-def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
-    """Return the fit by eq. initalParticleindex to eq. Theta*, with literal comparisons."""
-    sensors, length = matrix.shape
-
-    def distance(vector):
-        cuts = np.split(vector, [sensors, 2 * sensors, 3 * sensors - 1])
-        return literal.smallest_rmse(matrix, literal.render(*cuts, first_peak, length))
-
-    candidates = space.draw(particles, sensors, numbers)
-    best = min(candidates, key=distance)
-    initial = smallest = distance(best)
-    accepted = 0
-    low, high = space.bounds(sensors)
-    for step in space.draw_steps(iterations, sensors, numbers):
-        proposal = np.clip(best + step, low, high)
-        proposed = distance(proposal)
-        if proposed < smallest:
-            best, smallest, accepted = proposal, proposed, accepted + 1
-    return best, initial, smallest, accepted
-
-
 # However many particles are compared at once.
 @pytest.mark.parametrize("at_once", [1, 2, 3, 50])
 def test_a_fit_equals_the_literal_algorithm(monkeypatch, at_once):
+    """By eq. initalParticleindex to eq. Theta*, with literal comparisons."""
     monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
     monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
     sensors, length = 3, 50
     recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
+
+    def distance(vector):
+        cuts = np.split(vector, [sensors, 2 * sensors, 3 * sensors - 1])
+        return literal.smallest_rmse(matrix, literal.render(*cuts, 8, length))
+
+    numbers, accepted = generator(5, "fit"), 0
+    best = min(SMALL.draw(21, sensors, numbers), key=distance)
+    initial = smallest = distance(best)
+    for step in SMALL.draw_steps(47, sensors, numbers):
+        proposal = np.clip(best + step, *SMALL.bounds(sensors))
+        proposed = distance(proposal)
+        if proposed < smallest:
+            best, smallest, accepted = proposal, proposed, accepted + 1
     rules = {"particles": 21, "iterations": 47, "first_peak": 8, "space": SMALL}
-    best, initial, smallest, accepted = literal_fit(matrix, generator(5, "fit"), **rules)
     fit = method.fit_particle(matrix, generator(5, "fit"), **rules)
     np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)

@@ -8,16 +8,6 @@ from capsule.seeding import generator
 from support import literal
 
 
-def drawn_gain(matrix, particle):
-    """Return the gain and the lag of a particle that is drawn beside others."""
-    comparison = SlidingComparison(matrix, at_once=4)
-    # Particles drawn earlier, which stay behind the compared ones, must not matter.
-    comparison.particles[...] = 7.0
-    comparison.particles[1] = particle
-    gains, lags = comparison.gains(2)
-    return gains[1], lags[1]
-
-
 @pytest.mark.parametrize(("sensors", "length"), [(4, 30), (3, 41), (1, 8), (2, 1)])
 def test_every_lag_equals_the_literal_formula_and_the_paper_has_no_others(sensors, length):
     numbers = generator(1, "pair")
@@ -55,7 +45,12 @@ def test_of_all_lags_the_best_is_found_whatever_the_signs_and_the_columns(pair, 
     # Its spectra are kept by the widths of the recordings, which differ.
     other = np.roll(matrix, 1, axis=1)
     for recording in (matrix, other, matrix):
-        assert SlidingComparison(recording).gain_of(repeated) == drawn_gain(recording, particle)
+        comparison = SlidingComparison(recording, at_once=4)
+        # Particles drawn earlier, which stay behind the compared ones, must not matter.
+        comparison.particles[...] = 7.0
+        comparison.particles[1] = particle
+        gains, lags = comparison.gains(2)
+        assert SlidingComparison(recording).gain_of(repeated) == (gains[1], lags[1])
     # The formula by correlation: |F' - P'|^2 at every shift, including the shift of -L.
     products = sum(
         np.correlate(data, shape, "full") for data, shape in zip(matrix, particle, strict=True)
