@@ -70,6 +70,20 @@ def test_a_loose_sensor_and_marks_are_told_and_none_of_a_rejected_recording():
     assert np.isnan(readings).all()
 
 
+# Kills: a remedy that names another file, or a name that the refused file has already.
+@pytest.mark.parametrize(
+    ("name", "path", "command"),
+    [
+        ("2.5mm/r01", "", "raw/2.5mm/r01.csv --size 2.5 --name r01-imported"),
+        ("unlabelled/p", "of a friend/p.csv", "'of a friend/p.csv' --unlabelled"),
+    ],
+)
+def test_a_file_of_another_program_is_refused_with_the_import_that_shows_it(name, path, command):
+    content = format_recording(recording()).replace(b",", b";")
+    reason = check_recording(name, content, 1_000_000, CONFIG, path)[0]["reason"]
+    assert reason.endswith(f": capsule import {command} --dry-run")
+
+
 # Kills: samples after the wave stopped as evidence, and a time that nobody understands as none.
 @pytest.mark.parametrize(
     ("stated", "status", "columns", "reason"),
