@@ -159,6 +159,7 @@ def changed_time(index, time_s):
         (with_sensor(2, 1e-200 * INDEX), "sensor_2 reads 0 in all samples"),
         (with_sensor(1, INDEX - 1), "sensor_1 reads -1, outside the ADC's"),
         (with_sensor(1, np.where(INDEX, INDEX + 725, 0)), "sensor_1 reads 1024, outside the ADC's"),
+        (with_sensor(3, np.where(INDEX < 200, 1023, INDEX)), "sensor_3 is at 1023, .* in 67 %"),
         (recording(header={"adc_bits": "9" * 5000}), "adc_bits: '9999999.*', .* not a number"),
         (recording(header={"adc_bits": "33"}), "adc_bits: '33'; .* a whole number, 1 to 32"),
         (recording(header={"adc_bits": "10.5"}), "allowed is a whole number"),
