@@ -216,6 +216,8 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     for places in (3, 4, 5, 6, 7):
         some = values[: 4 * places], places_of(places, 4)
         assert np.isfinite(intervals.median_interval(*some, 0.95)[1]) == (places > 5)
+    # Kills: the last value for both ends, where two places have no effective number.
+    assert np.isnan(intervals.median_interval(values[:8], places_of(2, 4), 0.5)[1:]).all()
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,11 @@ class Units(NamedTuple):
         """Return the units of recordings whose places are all their passes, numbered from 0 on."""
         return cls(place_weights(places), places)
 
+    @property
+    def cluster_count(self) -> int:
+        """Number of clusters."""
+        return int(np.unique(self.clusters).size)
+
     def of(self, some: BoolArray) -> "Units":
         """Return the units of some of the recordings."""
         return Units(self.weights[some], self.clusters[some])
@@ -233,7 +238,7 @@ def mean_interval(values: FloatArray, units: Units, confidence: float) -> Interv
     off = (values - mean) ** 2
     deviation = math.sqrt(np.sum(weights * off) / (total - np.sum(weights**2) / total))
     size = effective_count(values, units, confidence, deviation**2)
-    alone = np.unique(units.clusters).size == count
+    alone = units.cluster_count == count
     quantile = _student_quantile(size - 1, confidence) if alone else normal_quantile(confidence)
     reach = float(quantile * deviation / size**0.5)
     return mean, mean - reach, mean + reach
@@ -267,7 +272,7 @@ def median_interval(values: FloatArray, units: Units, confidence: float) -> Inte
         at_most = bdtr(np.arange(count + 1), count, 0.5)
         first = int(np.searchsorted(at_most, (1 - confidence) / 2))
         last = count + 1 - first
-    elif 2 * 0.5 ** np.unique(units.clusters).size <= 1 - confidence:
+    elif not math.isnan(effective) and 2 * 0.5**units.cluster_count <= 1 - confidence:
         _, low, high = rate(0.5 * count, count, confidence, effective)
         first = max(int(ranks.searchsorted(low * count, "right")), 1)
         last = min(int(ranks.searchsorted(high * count)) + 2, count)
@@ -427,7 +432,7 @@ def auc_interval(
     if math.isnan(area):
         return UNKNOWN
     m, n = (float(each.weights.sum() ** 2 / np.sum(each.weights**2)) for each in units)
-    kinds = [np.unique(each.clusters).size for each in units]
+    kinds = [each.cluster_count for each in units]
     joined = np.concatenate([each.clusters for each in units])
     if np.unique(joined).size < joined.size:
         if min(kinds) < FEWEST_CLUSTERS:

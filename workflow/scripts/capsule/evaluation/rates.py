@@ -150,7 +150,7 @@ def units_of(rows: RecordArray, unit: str = "") -> Units:
 
 def clusters_of(rows: RecordArray) -> int:
     """Return the number of clusters of the recordings of a measure."""
-    return int(np.unique(units_of(rows).clusters).size)
+    return units_of(rows).cluster_count
 
 
 def rate_over(rows: RecordArray, confidence: float, mark: str = "right") -> Interval:
