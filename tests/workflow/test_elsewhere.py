@@ -3,6 +3,7 @@
 import importlib.metadata
 import os
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -168,17 +169,33 @@ def test_the_newest_snakemake_and_that_of_the_lock_agree_on_what_is_to_be_done(t
     os.name != "posix" or os.geteuid() != 0 or not shutil.which("setpriv"),
     reason="only the administrator can give files to another user",
 )
-def test_another_user_goes_on_where_it_may_write_and_judges_where_it_may_read(project):
+def test_another_user_goes_on_where_it_may_write_and_elsewhere_is_told_so_and_may_judge(project):
     # Root may open anything, unless it gives that right away.
     user = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner", sys.executable]
 
-    def call(rights, *words):
+    def call(*words):
+        to = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        done = subprocess.run([*user, *words], cwd=project.folder, check=False, **to)
+        return done.returncode, done.stdout
+
+    def give_away(rights):
         for each in (project.folder, *project.folder.rglob("*")):
             os.chown(each, 12345, 12345)
-        output_of("chmod", "-R", rights, project.folder)
-        output_of(*user, *words, cwd=project.folder)
+        subprocess.run(["chmod", "-R", rights, project.folder], check=True)
 
     path = project.raw / "0mm/r01.csv"
     path.write_text(f"# note: changed\n{path.read_text()}")
-    call("a+rwX", "-m", "snakemake", "-c1", "results/recordings.csv")
-    call("go=rX", "workflow/scripts/capsule", "judge", "raw/1mm/r01.csv")
+    give_away("a+rwX")
+    status, told = call("-m", "snakemake", "-c1", "results/recordings.csv")
+    assert status == 0, told
+    give_away("go=rX")
+    # The folder itself may be open to all.
+    project.folder.chmod(0o777)
+    status, told = call("-m", "snakemake", "-n", "results/recordings.csv")
+    assert status != 0
+    assert f"{project.folder}/.snakemake cannot be written" in told
+    assert "Traceback" not in told
+    capsule = "workflow/scripts/capsule"
+    assert call(capsule, "judge", "raw/1mm/r01.csv")[0] == 0
+    assert "run.lock: Permission denied" in call(capsule, "forget", "1mm/r01", "--yes")[1]
+    assert (project.raw / "1mm/r01.csv").exists()
