@@ -105,23 +105,17 @@ def replace_folder(path):
          {"raw/4mm/r01.csv.part": "0.2,2,2,3,4\n"}),
         (replace_file, "raw/3mm/r01-2", {"raw/3mm/r01.csv.part": "precious"}),
         (replace_folder, "elsewhere/capsule-recordings/3mm/r01", {}),
-        (replace_folder, "", {}),
     ],
 )  # fmt: skip
 def test_what_was_lost_is_written_anew_and_nothing_overwritten(
     tmp_path, final, monkeypatch, disturb, goes_on_as, kept
 ):
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
-    elsewhere = tmp_path / "elsewhere" if goes_on_as else final.parent  # a file, as well
-    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(elsewhere))
+    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told = []
     part = part_of(final, 3, tell=told.append)
     expected = tmp_path / f"{goes_on_as}.csv"
     disturb(part.path)
-    if not goes_on_as:
-        with pytest.raises(AcquisitionError, match="cannot be written: File exists"):
-            part.sync()
-        return
     part.sync()
     part.add(format_sample(0.3, (3, 2, 3, 4)))
     part.flush()
@@ -133,6 +127,32 @@ def test_what_was_lost_is_written_anew_and_nothing_overwritten(
     assert again.startswith(f"warning: {expected}.part was deleted")
     for name, end in kept.items():
         assert (tmp_path / name).read_text().endswith(end)
+
+
+def take_all_names(path):
+    path.unlink()
+    for folder in (path.parent, path.parents[2] / "elsewhere/capsule-recordings/3mm"):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("r01.csv", *(f"r01-{number}.csv" for number in range(2, 10))):
+            (folder / name).touch()
+
+
+@pytest.mark.parametrize(
+    ("disturb", "elsewhere", "reason"),
+    [
+        (replace_folder, "raw/3mm", "File exists"),  # a file, as well
+        (take_all_names, "elsewhere", "recordings of this name"),
+    ],
+)
+def test_where_no_file_can_take_its_place_the_fault_says_why(
+    tmp_path, final, monkeypatch, disturb, elsewhere, reason
+):
+    monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
+    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / elsewhere))
+    part = part_of(final, 3)
+    disturb(part.path)
+    with pytest.raises(AcquisitionError, match=f"cannot be written: {reason}"):
+        part.sync()
 
 
 # Kills: a replay that loses what the disk had lost, or keeps the lines of a judgement cut off.
