@@ -11,6 +11,7 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recordings.recording import format_recording, read_recording
 from support.command import parsers
+from support.documents import text_of
 from support.project import ROOT
 
 RAW = ROOT / "raw"
@@ -18,7 +19,7 @@ RAW = ROOT / "raw"
 
 def test_the_held_out_session_is_what_the_documented_command_makes_and_twenty_a_size_teach():
     """Two of its recordings are made again, to the byte; the first lines of the others agree."""
-    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    text = text_of("docs/phantom.md").replace("\\\n", " ")
     (command,) = (line.split() for line in text.splitlines() if "--prefix h" in line)
     asked = parsers()["simulate"].parse_args(command[2:])
     session = f"simulated-{asked.seed}"

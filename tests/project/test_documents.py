@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 
 from capsule.commands.cli import COMMANDS
 from support.command import output_of, parsers
-from support.documents import all_blocks, blocks, documents
+from support.documents import all_blocks, blocks, documents, text_of
 from support.importing import assert_readings, import_files
 from support.lab_files import KILO_OHMS, TIME_S, write_examples
 from support.project import ROOT
@@ -30,7 +30,7 @@ RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 
 RECORDINGS.append("0mm/h01")
 WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.not_run}
 PAGE, TUTORIAL = "docs/command.md", ROOT / "docs" / "tutorial.ipynb"
-PAGE_TEXT = (ROOT / PAGE).read_text(encoding="utf-8")
+PAGE_TEXT = text_of(PAGE)
 SECTIONS = dict(re.findall(r"(?ms)^## capsule (\w+)\n(.*?)(?=^## |\Z)", PAGE_TEXT))
 # Of the lines in these documents, which run in this order, what does not run here: it belongs to a
 # shell, never ends, or removes what the lines after it read.
@@ -106,7 +106,7 @@ def test_the_documents_name_each_command_options_that_there_are_and_the_targets_
     every = "\n".join(document.read_text(encoding="utf-8") for document in documents())
     for word, option in re.findall(r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", every):
         assert word not in COMMANDS or option in options(word) | {"--help"}, (word, option)
-    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    targets = set(re.findall(r"^(\w+):", text_of("Makefile"), re.M))
     shown = "\n".join(block.text for block in BLOCKS)
     assert {"report", "test", "docs"} <= set(re.findall(r"^make (\w+)", shown, re.M)) <= targets
 
@@ -167,7 +167,7 @@ def test_the_page_on_the_import_shows_what_the_command_prints(tmp_path):
 
 
 def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_imported(tmp_path):
-    example = (ROOT / "docs/examples/fabricslide.yaml").read_text(encoding="utf-8")
+    example = text_of("docs/examples/fabricslide.yaml")
     assert example.rstrip() in [each.text for each in BLOCKS if each.document == "docs/import.md"]
     (block,) = [each.text for each in BLOCKS if "time_ms,S1_kOhm" in each.text]
     rows, names = np.vstack([1000 * TIME_S, KILO_OHMS]).T, block.splitlines()[0]

@@ -11,7 +11,7 @@ from capsule.engine.keys import imported_files
 from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.store.files import read_csv
 from support.command import output_of
-from support.documents import documents
+from support.documents import documents, text_of
 from support.project import ROOT
 
 DOCS = ROOT / "docs"
@@ -19,10 +19,6 @@ SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
 STUDIES = sorted((ROOT / "workflow/studies").rglob("*.md"))
 BENCHES = ROOT / "workflow/report/benches.csv"
 NAMES = [path.relative_to(ROOT).as_posix() for path in [*documents(), *STUDIES]]
-
-
-def text_of(page):
-    return (ROOT / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -19,10 +19,11 @@ import capsule
 from capsule.engine import project
 from capsule.engine.project import how_to_install
 from support.command import output_of
+from support.documents import text_of
 from support.environments import environment_with
 from support.project import ROOT
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PROJECT = tomllib.loads(text_of("pyproject.toml"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 INSTALLED = {each.name.lower(): each for each in importlib.metadata.distributions()}
 # What `make report` installs, and what `make formats` and `make test` add to it.
@@ -45,10 +46,6 @@ RUNNING = ("workflow", "formats", "learn", "notebook")
 WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted(*RUNNING), wanted("dev")), strict=True))
 
 
-def read(name):
-    return (ROOT / name).read_text(encoding="utf-8")
-
-
 def named(requirements, *left_out):
     """Return name and range of each package."""
     return {(r.name, str(r.specifier)) for r in requirements if r.name not in left_out}
@@ -57,7 +54,7 @@ def named(requirements, *left_out):
 def locked_versions(lock):
     versions = {}
     pinned = r"^([a-z0-9._-]+)(?:\[[a-z0-9,_-]+\])?==([^ ;\\]+)"
-    for name, version in re.findall(pinned, read(lock), re.MULTILINE):
+    for name, version in re.findall(pinned, text_of(lock), re.MULTILINE):
         versions.setdefault(name, []).append(version)
     return versions
 
@@ -68,7 +65,7 @@ def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock
     for requirement in WANTED[lock]:
         versions = pinned[requirement.name.lower()]
         assert all(requirement.specifier.contains(version) for version in versions), requirement
-    text = read(lock)
+    text = text_of(lock)
     assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
     assert all("--hash=sha256:" in entry for entry in re.split(r"\n(?=[a-z0-9])", text))
     # It names the extras that its packages ask for in one another. Without them, pip 23 takes a
@@ -92,7 +89,7 @@ def test_all_locks_pin_the_same_and_that_of_make_report_nothing_that_only_an_ext
     # Snakemake's own report.
     packages = importlib.metadata.packages_distributions()
     for path in Path(importlib.util.find_spec("snakemake").origin).parent.glob("report/**/*.py"):
-        for module in re.findall(r"^ *(?:import|from) (\w+)", read(path), re.MULTILINE):
+        for module in re.findall(r"^ *(?:import|from) (\w+)", text_of(path), re.MULTILINE):
             assert {name.lower() for name in packages.get(module, ())} <= locked
     # No one gets Open CASCADE without asking.
     (kernel,) = [text for text in EXTRAS["cad"] if not text.startswith("manifold3d")]
@@ -101,7 +98,7 @@ def test_all_locks_pin_the_same_and_that_of_make_report_nothing_that_only_an_ext
 
 def test_environment_yml_names_the_same_packages_and_ranges():
     conda, steps = (
-        named(map(Requirement, yaml.safe_load(read(name))["dependencies"]))
+        named(map(Requirement, yaml.safe_load(text_of(name))["dependencies"]))
         for name in ("environment.yml", "workflow/environment.yml")
     )
     pip = {(name.lower(), versions) for name, versions in named(wanted(*RUNNING))}
@@ -113,13 +110,13 @@ def test_environment_yml_names_the_same_packages_and_ranges():
 
 
 def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
-    newest = re.search(r"^## \[(.+?)\]", read("CHANGELOG.md"), re.MULTILINE)[1]
-    told = {newest, yaml.safe_load(read("CITATION.cff"))["version"], capsule.__version__}
+    newest = re.search(r"^## \[(.+?)\]", text_of("CHANGELOG.md"), re.MULTILINE)[1]
+    told = {newest, yaml.safe_load(text_of("CITATION.cff"))["version"], capsule.__version__}
     assert told == {PROJECT["version"]}
 
 
 def test_every_error_that_names_an_extra_names_one_that_there_is(monkeypatch, tmp_path):
-    texts = list(map(read, (ROOT / "workflow/scripts/capsule").rglob("*.py")))
+    texts = list(map(text_of, (ROOT / "workflow/scripts/capsule").rglob("*.py")))
     # The functions that tell an extra.
     pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
     hinted = {extra for text in texts for extra in re.findall(pattern, text)}
@@ -161,10 +158,10 @@ def test_the_lock_can_be_installed_on_every_system_and_python(version, tmp_path)
 def test_the_files_from_elsewhere_are_what_the_lock_pins():
     vendored = {"uplot": "workflow/report/vendor/uplot/uPlot.iife.min.js"}
     vendored["axe-core"] = "tests/vendor/axe-core/axe.min.js"
-    lock = read("workflow/report/vendor/package-lock.json")
+    lock = text_of("workflow/report/vendor/package-lock.json")
     for package, file in vendored.items():
         pinned = json.loads(lock)["packages"][f"node_modules/{package}"]["version"]
-        assert re.search(r"v\d+\.\d+\.\d+", read(file)[:200])[0] == f"v{pinned}"
+        assert re.search(r"v\d+\.\d+\.\d+", text_of(file)[:200])[0] == f"v{pinned}"
         assert (ROOT / file).with_name("LICENSE").stat().st_size > 500
     assert '"resolved"' not in lock
 

@@ -34,6 +34,11 @@ class Block:
         return self.language == "python" or (not self.language and bool(_PYTHON.match(self.text)))
 
 
+def text_of(name):
+    """Return the text of a file of the project, by its path from there."""
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
 def documents():
     """Return the paths of README.md, config/README.md and the Markdown files in docs/."""
     return [ROOT / "README.md", ROOT / "config/README.md", *sorted((ROOT / "docs").glob("*.md"))]
