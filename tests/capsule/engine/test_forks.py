@@ -17,7 +17,7 @@ from support.project import ROOT
 STARTER = """
 import os, time
 from capsule.engine.forks import forked
-list(forked(lambda _: print(os.getpid(), flush=True) or time.sleep(20), "ab", 2))
+list(forked(lambda _: os.write(1, b"%d\\n" % os.getpid()) and time.sleep(20), "ab", 2))
 """
 
 
