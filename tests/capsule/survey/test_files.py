@@ -1,14 +1,13 @@
 """The files of a session: read, refused if damaged, listed, and what they tell of the track."""
 
-import json
 import re
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import survey
-from capsule.engine.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.survey.files import SessionError, parse_session
 from capsule.survey.listed import list_surveys, survey_content
@@ -22,22 +21,21 @@ FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
 def test_everything_that_the_files_hold_is_read():
     session = parse_session("demo", session_contents())
     head, rows = stream_rows()
+    cells = dict(zip(head, zip(*rows, strict=True), strict=True))
     for name in ("time_s", "wave_mm", "head_mm", "score", "threshold"):
-        cells = [row[head.index(name)] for row in rows]
-        expected = [float(cell) if cell else np.nan for cell in cells]
+        expected = [float(cell or "nan") for cell in cells[name]]
         np.testing.assert_array_equal(getattr(session, name), expected)
-    assert session.values.tolist() == [[row[at] for row in rows] for at in range(1, 5)]
-    assert [event.after for event in session.events] == [event[3] for event in surveys.EVENTS]
-    assert np.isnan(session.events[0].score)
-    assert session.events[1].score == 0.31
+    assert session.values.tolist() == [list(cells[name]) for name in head[1:5]]
+    told = [(event.after, event.score) for event in session.events]
+    assert str(told) == str([(event[3], event[5] or np.nan) for event in surveys.EVENTS])
     first, second = session.places  # of an earlier version, without the newest columns
-    assert [(place.may_be_off_mm, place.familiar) for place in session.places] == [(0, "")] * 2
-    assert (first.status, first.size_mm, first.passes) == ("confirmed", 3.1, 2)
-    assert np.isnan(second.size_mm)
+    assert (first.status, first.size_mm, first.may_be_off_mm) == ("confirmed", 3.1, 0)
+    assert str((second.size_mm, second.passes, second.familiar)) == "(nan, 1, '')"
     assert session.source == "simulated survey"
 
 
 def test_what_is_damaged_is_named():
+    whole = session_contents()
     for file, before, after, said in (
         ("stream.csv", b"head_mm", b"heed_mm", "no column head_mm"),
         ("stream.csv", b"0.800,", b"0.8oo,", "line 10: time_s is '0.8oo'"),
@@ -49,55 +47,42 @@ def test_what_is_damaged_is_named():
         ("events.jsonl", b'"suspected"', b"7", "line 2: event is '7'"),
         ("events.jsonl", b'"time_s": 8.0', b'"time_s": null', "line 1: time_s is 'None'"),
         ("places.csv", b"confirmed", b"perhaps", "line 2 is not a place with a verdict"),
-        ("places.csv", b"3.1", b"big", "line 2: size_mm is 'big'"),
         ("session.json", b"{", b"[", "not JSON"),
         *((file, None, b"", file) for file in FILES - {"events.jsonl"}),
     ):
-        contents = session_contents()
-        assert before is None or before in contents[file]
+        assert before is None or before in whole[file]
         # Everywhere, because a change in one line may go unnoticed.
-        contents[file] = contents[file].replace(before, after) if before else after
+        content = whole[file].replace(before, after) if before else after
         with pytest.raises(SessionError, match=re.escape(said)):
-            parse_session("demo", contents)
+            parse_session("demo", whole | {file: content})
     # But nothing may have happened.
-    assert parse_session("demo", session_contents() | {"events.jsonl": b""}).events == []
+    assert parse_session("demo", whole | {"events.jsonl": b""}).events == []
 
 
 def test_finished_surveys_are_told_from_the_others(tmp_path):
-    folders = {
-        "b": FILES,
-        "a.1": FILES | {"recordings"},
-        "running": {"session.json", "stream.csv.part", "events.jsonl.part"},
-        "a b": FILES,
-        "half": FILES - {"places.csv"},
-        ".hidden": FILES,
-    }
+    folders = dict.fromkeys(("b", "a b", ".hidden"), FILES) | {"a.1": FILES | {"recordings"}}
+    folders |= {"running": {"stream.csv.part"}, "half": FILES - {"places.csv"}}
     for name, files in folders.items():
-        (tmp_path / name).mkdir()
         for file in files:
+            (tmp_path / name).mkdir(exist_ok=True)
             (tmp_path / name / file).touch()
     listed = list_surveys(tmp_path)
     assert listed.names == ("a.1", "b")
-    why = listed.passed_over
-    assert why.keys() == {"running", "a b", "half"} and why["half"] == "there is no places.csv"
-    assert "--resume" in why["running"] and "rename" in why["a b"]
+    told = {"running": "--resume", "a b": "rename", "half": "there is no places.csv"}
+    assert told.keys() == listed.passed_over.keys()
+    assert all(told[name] in reason for name, reason in listed.passed_over.items())
 
 
 def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, monkeypatch):
-    session, read = tmp_path / "sessions/first", survey.read_session
-    surveys.write_session(session)
+    surveys.write_session(session := tmp_path / "sessions/first")
 
-    def read_before_a_change(folder):
-        stored = read(folder)
-        with (folder / "session.json").open("a") as stream:
-            stream.write("\n")
-        return stored
+    def read(folder):
+        (folder / "session.json").write_text("{}")
+        raise SessionError("half of it is new")
 
-    monkeypatch.setattr(survey, "read_session", read_before_a_change)
-    diagonal = json.dumps({"diagonal": read_settings()["diagonal"]})
-    words = ["--session", session, "--content", survey_content(session), "--settings", diagonal]
-    words += ["--output", tmp_path / "drawn"]
-    monkeypatch.setattr(sys, "argv", ["", *map(str, words)])
+    monkeypatch.setattr(survey, "read_session", read)
+    words = f"--session {session} --content {survey_content(session)} --output {tmp_path}/drawn"
+    monkeypatch.setattr(sys, "argv", ["", *words.split(), "--settings", '{"diagonal": {}}'])
     with pytest.raises(CapsuleError, match="first has changed since the run began"):
         survey.main()
     assert not (tmp_path / "drawn").exists()
@@ -107,22 +92,15 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines():
     session = parse_session("demo", session_contents())
     track = track_of(session)
     assert np.all(np.diff(track.time_s) == pytest.approx(0.8))
-    np.testing.assert_allclose(
-        track.head_mm[track.known], surveys.head_mm(track.time_s[track.known]), atol=0.006
-    )
-    unknown = track.time_s[~track.known]
-    assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
+    expected_mm, unknown_s = surveys.head_mm(track.time_s), track.time_s[~track.known]
+    np.testing.assert_allclose(track.head_mm[track.known], expected_mm[track.known], atol=0.006)
+    assert unknown_s[[0, -1]] == pytest.approx([120.8, 211.2])
     between = track.head_mm[(track.time_s >= 120) & (track.time_s <= 212)]
     assert np.allclose(np.diff(between, 2), 0, atol=1e-9)
     # A place is pinned from its suspicion to its verdict, a crest where it was felt.
     assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
     assert crest_at_mm(session, surveys.DETECTOR) == pytest.approx(surveys.CREST_MM, abs=0.5)
-
-
-def test_a_survey_that_never_knew_its_position_has_no_path():
-    head, rows = stream_rows()
-    at = head.index("head_mm")
-    unknown = surveys.table(head, [[*row[:at], "", *row[at + 1 :]] for row in rows])
-    lost = parse_session("lost", session_contents() | {"stream.csv": unknown})
+    # A survey that never knew its position has no path.
+    lost = replace(session, head_mm=np.full(session.time_s.size, np.nan))
     assert not track_of(lost).known.any()
     assert np.isnan(crest_at_mm(lost, surveys.DETECTOR))
