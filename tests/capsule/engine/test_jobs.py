@@ -48,9 +48,9 @@ def test_without_locks_on_the_file_system_a_run_begins_with_a_warning(monkeypatc
 
 
 def test_a_job_whose_run_was_replaced_writes_nothing(folder, monkeypatch):
-    def write(run, name="made.json"):
+    def write(run):
         monkeypatch.setenv("CAPSULE_RUN", run)
-        files.write_json(folder / name, {"by": run})
+        files.write_json(folder / "made.json", {"by": run})
 
     # As on a node of a cluster that sees the file of the lock late.
     write("process 1 on elsewhere")
@@ -61,24 +61,11 @@ def test_a_job_whose_run_was_replaced_writes_nothing(folder, monkeypatch):
         told = f"the run of this job ({replaced}) was killed, and {current} has begun since"
         with pytest.raises(CapsuleError, match=re.escape(told)):
             write(replaced)
+        assert files.read_json(folder / "made.json") == {"by": "process 1 on elsewhere"}
         # `capsule export` and others write while a run goes on.
-        write(current, "other.json")
-        write("", "other.json")
-    assert files.read_json(folder / "made.json") == {"by": "process 1 on elsewhere"}
-    assert {path.name for path in folder.glob("*.*")} == {".snakemake", "made.json", "other.json"}
-
-
-@pytest.fixture
-def code(folder, monkeypatch):
-    """Return a script and a table that it reads, whose states a run has noted."""
-    monkeypatch.setenv("CAPSULE_RUN", "this run")
-    monkeypatch.setattr(sys, "argv", ["workflow/fit.py"])
-    paths = [folder / "workflow/fit.py", folder / "workflow/table.yaml"]
-    paths[0].parent.mkdir()
-    for path in paths:
-        path.write_text("x = 1\n")
-    files.write_json(STATES, {str(paths[0]): states_of(paths)})
-    return paths
+        for run in (current, ""):
+            write(run)
+    assert {path.name for path in folder.glob("*.*")} == {".snakemake", "made.json"}
 
 
 def put_back(path):
@@ -90,18 +77,27 @@ def put_back(path):
 
 @pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize("change", [lambda path: path.write_text("x\n"), put_back, Path.unlink])
-def test_a_job_whose_code_was_changed_writes_nothing(code, change, place, monkeypatch):
-    code[1].with_name("other.yaml").write_text("x = 1\n")
-    files.write_json(Path("before.json"), {})
-    change(code[place])
-    with pytest.raises(CapsuleError, match=f"{code[place].name} has changed since the run began"):
-        files.write_json(Path("fit.json"), {})
-    assert not Path("fit.json").exists()
-    # Another job, and a command that is none, as `capsule export`.
-    for script, name in (("workflow/describe.py", "this run"), ("workflow/fit.py", "")):
+def test_a_job_whose_code_was_changed_writes_nothing(folder, change, place, monkeypatch):
+    # A script and a table that it reads, whose states a run has noted.
+    code = [folder / "fit.py", folder / "table.yaml"]
+    for path in (*code, folder / "other.yaml"):
+        path.write_text("x = 1\n")
+    files.write_json(STATES, {str(code[0]): states_of(code)})
+
+    def write(script="fit.py", name="this run"):
         monkeypatch.setattr(sys, "argv", [script])
         monkeypatch.setenv("CAPSULE_RUN", name)
-        files.write_json(Path("other.json"), {})
+        files.write_json(Path(f"{script}{name}.json"), {})
+
+    write()
+    (made := Path("fit.pythis run.json")).unlink()
+    change(code[place])
+    with pytest.raises(CapsuleError, match=f"{code[place].name} has changed since the run began"):
+        write()
+    assert not made.exists()
+    # Another job, and a command that is none, as `capsule export`.
+    write("describe.py")
+    write(name="")
 
 
 @pytest.mark.parametrize(
@@ -135,5 +131,4 @@ def test_a_full_disk_names_the_file_and_the_remedy_and_leaves_no_file(tmp_path, 
 def test_a_fault_of_the_program_keeps_its_traceback_and_says_that_it_is_one():
     with pytest.raises(AttributeError, match="no attribute 'size'") as caught:
         jobs.run(lambda: {}.size)
-    assert caught.value.__notes__ == [jobs.FAULT]
-    assert "fault of the program" in jobs.FAULT
+    assert "fault of the program" in caught.value.__notes__[0]

@@ -15,9 +15,9 @@ from support.project import ROOT
 pytestmark = needs_programs("git", packages="git")
 
 
-def git(folder, *arguments):
-    name = ["-c", "user.name=Test", "-c", "user.email=test@localhost"]
-    return output_of("git", *name, *arguments, cwd=folder).strip()
+def git(folder, words):
+    name = "-c user.name=Test -c user.email=test@localhost"
+    return output_of("git", *f"{name} {words}".split(), cwd=folder).strip()
 
 
 @pytest.fixture
@@ -25,24 +25,23 @@ def clone(tmp_path):
     """Return the folder of a small project in a repository with one commit."""
     folder = tmp_path / "project"
     (folder / "workflow").mkdir(parents=True)
-    (folder / "workflow/code.py").write_text("x = 1\n", encoding="utf-8")
-    (folder / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n', encoding="utf-8")
+    (folder / "workflow/code.py").touch()
+    (folder / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
     for name in (".git_archival.txt", ".gitattributes"):
         shutil.copy2(ROOT / name, folder / name)
-    git(folder, "init", "--quiet")
-    git(folder, "add", ".")
-    git(folder, "commit", "--quiet", "--message", "all")
+    for words in ("init --quiet", "add .", "commit --quiet --message all"):
+        git(folder, words)
     return folder
 
 
 def test_a_clone_and_its_archive_tell_version_commit_and_changed_files(clone, monkeypatch):
-    state = ProjectState("1.2.3", git(clone, "rev-parse", "HEAD"), False)
-    (clone / "r01.csv").write_text("0,1\n", encoding="utf-8")
+    state = ProjectState("1.2.3", git(clone, "rev-parse HEAD"), False)
+    (clone / "r01.csv").touch()
     assert read_project_state(clone) == state, "a new recording changes no file of the project"
-    git(clone, "archive", "--output", clone.parent / "archive.zip", "HEAD")
+    git(clone, "archive --output ../archive.zip HEAD")
     shutil.unpack_archive(clone.parent / "archive.zip", clone.parent / "unpacked")
     assert read_project_state(clone.parent / "unpacked") == state
-    (clone / "workflow/code.py").write_text("x = 2\n", encoding="utf-8")
+    (clone / "workflow/code.py").write_text("x = 2\n")
     # Variables of a hook lead nowhere else.
     monkeypatch.setenv("GIT_DIR", str(clone.parent / "elsewhere"))
     assert read_project_state(clone) == replace(state, modified=True)

@@ -9,7 +9,7 @@ import pytest
 
 import survey
 from capsule.errors import CapsuleError
-from capsule.survey.files import SessionError, parse_session
+from capsule.survey.files import SessionError, parse_session, read_session
 from capsule.survey.listed import list_surveys, survey_content
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support import surveys
@@ -77,6 +77,7 @@ def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, mon
     surveys.write_session(session := tmp_path / "sessions/first")
 
     def read(folder):
+        assert read_session(folder).name == "first"
         (folder / "session.json").write_text("{}")
         raise SessionError("half of it is new")
 
