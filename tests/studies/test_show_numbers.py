@@ -24,8 +24,9 @@ def test_readme_and_tutorial_take_their_numbers_from_the_script():
     for text in others:
         told = dict(show_numbers._NUMBER.findall(text))
         assert {name: told[name] for name in told.keys() & shown.keys()}.items() <= shown.items()
-    for text in (readme, *others):  # a number across two lines is not filled, one that
-        # begins a line stands in HTML, and the line's links are shown as they are written
+    # A number across two lines is not filled. One that begins a line stands in HTML, and the
+    # line's links are shown as they are written.
+    for text in (readme, *others):
         assert len(show_numbers._NUMBER.findall(text)) == text.count("<!-- . -->")
         assert not re.search(r"^\s*<!-- \w+ -->\d", text, re.MULTILINE)
     bare = re.sub(r"<!-- \w+ -->.*?<!-- \. -->", "", readme)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -44,22 +45,20 @@ def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_s
     # The strip's edge at 2.5 mm halves a nodule centred there.
     factors = [touch.height_factor(wide, 2.0, offset_mm) for offset_mm in (0, 2.5, -2.5, 3.5)]
     assert [*factors, touch.height_factor(wide, 0.0, 0.0)] == pytest.approx([1, 0.5, 0.5, 0, 0])
-    assert touch.height_factor(wide, 5.0, 3.5) > 0.1
-    assert touch.height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
     # A run that strays passes a small nodule without touching it.
-    left = [touch.height_factor(CONTACT, size, 1.9) for size in (1.0, 2.0, 3.0, 5.0)]
-    assert left[1] == 0.0 < left[2] < left[3] < 1
+    left = [touch.height_factor(CONTACT, size, 1.9) for size in (2.0, 3.0, 5.0)]
+    assert left[0] == 0.0 < left[1] < left[2] < 1
+    assert touch.height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
     # As many runs stray as is set.
-    for probability in (0.0, 0.3):
-        contact = replace(CONTACT, stray_probability=probability, stray_mm=1.9)
-        offsets = [touch.stray_offset(contact, default_rng(seed)) for seed in range(2000)]
-        assert set(offsets) <= {0.0, 1.9}
-        assert np.mean(offsets) == pytest.approx(probability * 1.9, rel=0.1)
+    contact, rng = replace(CONTACT, stray_probability=0.3, stray_mm=1.9), default_rng(1)
+    offsets = [touch.stray_offset(contact, rng) for _ in range(2000)]
+    assert set(offsets) == {0.0, 1.9}
+    assert np.mean(offsets) == pytest.approx(0.3 * 1.9, rel=0.1)
 
 
 def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_itself():
     seat = replace(SEAT, strength_spread=0.2, strength_time_s=8.0)
-    strength = np.log(touch.wandering_strength(seat, default_rng(3), 4, 200_000, 10.0))
+    strength = np.log(touch.wandering_strength(seat, default_rng(3), 4, 100_000, 10.0))
     assert (strength.std(), strength.mean()) == pytest.approx((0.2, 0.0), abs=0.01)
     # The correlation of a first-order noise falls to 1/e in its time.
     later = [np.corrcoef(row[:-80], row[80:])[0, 1] for row in strength]
@@ -80,22 +79,25 @@ def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
 
 def drawn_strokes(seed, carried, **changes):
     """Draw the strokes of the waves that are carried; each subject has its own numbers."""
+    subject, advance = (
+        (lambda name: default_rng([seed, *name.encode()])),
+        replace(ADVANCE, **changes),
+    )
+    return draw_strokes(advance, PHANTOM.folding, subject, PERIOD_S, np.array(carried, dtype=bool))
 
-    def draw(subject):
-        return default_rng([seed, *subject.encode()])
 
-    carried, advance = np.asarray(carried, dtype=bool), replace(ADVANCE, **changes)
-    return draw_strokes(advance, PHANTOM.folding, draw, PERIOD_S, carried)
-
-
-def head_positions(strokes, time_s, rise=lambda position_mm, stroke_mm: np.zeros(4), **changes):
-    """Return the way of a head with these strokes."""
+def head_positions(strokes, time_s, steepness=0.0, **changes):
+    """Return the way of a head with these strokes, whose first awn climbs a slope."""
     advance = replace(ADVANCE, **changes)
+
+    def rise(position_mm, stroke_mm):
+        return np.array([steepness * stroke_mm, 0.0, 0.0, 0.0])
+
     holds = draw_holds(advance, default_rng(1), 4)
     return Motion(advance, strokes, holds, PERIOD_S, rise).move(time_s)
 
 
-@pytest.mark.parametrize("probability", [0.0, 0.2, 0.6])
+@pytest.mark.parametrize("probability", [0.0, 0.6])
 def test_slips_back_are_as_many_as_is_set_and_cost_no_speed(probability):
     changes = {"slip_probability": probability, "slip_back": 1.5}
     drawn = [drawn_strokes(seed, np.ones(200), **changes) for seed in range(300)]
@@ -105,11 +107,9 @@ def test_slips_back_are_as_many_as_is_set_and_cost_no_speed(probability):
     assert slips.mean() == pytest.approx(probability * 1.5 * ADVANCE.speed_mm_s, rel=0.03)
     assert np.mean(ahead - slips) == pytest.approx(ADVANCE.speed_mm_s, rel=0.03)
     assert folded.mean() == pytest.approx(PHANTOM.folding.speed_mm_s, rel=0.03)
-
-
-def test_a_missing_wave_carries_nothing_and_leaves_the_other_strokes_as_they_are():
-    carried = ~np.isin(np.arange(20), [3, 11])
-    whole, lacking = (drawn_strokes(1, each) for each in (np.ones(20), carried))
+    # A missing wave carries nothing, and leaves the other strokes as they are.
+    carried, whole = np.arange(200) % 8 != 3, drawn[0]
+    lacking = drawn_strokes(0, carried, **changes)
     np.testing.assert_array_equal(lacking.ahead_mm, whole.ahead_mm * carried)
     np.testing.assert_array_equal(lacking.folded_mm, whole.folded_mm * carried)
 
@@ -129,18 +129,11 @@ def test_the_head_moves_with_the_wave_rests_and_slips_back_and_arrives_where_it_
 
 
 def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
-    def distance(steepness, **changes):
-        def rise(position_mm, stroke_mm):
-            return np.array([steepness * stroke_mm, 0.0, 0.0, 0.0])
-
-        strokes = drawn_strokes(1, np.ones(40))
-        return head_positions(strokes, PERIOD_S * np.arange(40), rise, **changes)
-
-    free = distance(0.0)
-    uphill = distance(1.0, catch_probability=0.0)
+    way = partial(head_positions, drawn_strokes(1, np.ones(40)), PERIOD_S * np.arange(40))
+    free, uphill = way(), way(1.0, catch_probability=0.0)
     np.testing.assert_allclose(uphill, free * math.exp(-ADVANCE.snag))
     # An awn that catches on a steep slope holds for some waves, then it slips over for good.
-    held = distance(2 * ADVANCE.catch_slope, catch_probability=1.0, snag=0.0, hold_waves=4.0)
+    held = way(2 * ADVANCE.catch_slope, catch_probability=1.0, snag=0.0, hold_waves=4.0)
     waits = np.count_nonzero(np.diff(held) == 0) - np.count_nonzero(np.diff(free) == 0)
     assert 0 < waits <= 8
     np.testing.assert_allclose(np.diff(held)[8:], np.diff(free)[8:])
@@ -148,28 +141,22 @@ def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
 
 # The wave: a clock's sine where nothing is irregular, and each irregularity for itself.
 
-ANGLES = np.linspace(-20, 20, 4001)
-
 
 def train_of(wave, waves=40):
     return wave_train(wave, default_rng(1), PERIOD_S, waves)
 
 
-def height_of(wave, time_s, waves=40):
-    return wave_height(WALL, wave, train_of(wave, waves), np.array(0.0), time_s, 0.0)
-
-
-@pytest.mark.parametrize("skew", [-0.9, -0.4, 0.0, 0.4, 0.9])
+@pytest.mark.parametrize("skew", [-0.9, 0.0, 0.4])
 def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
-    wave = replace(SINE, skew=skew)
-    assert np.abs(np.diff(crest_shape(wave, ANGLES))).max() < 0.025 / (1 - abs(skew))
+    wave, angles = replace(SINE, skew=skew), np.linspace(-20, 20, 4001)
+    assert np.abs(np.diff(crest_shape(wave, angles))).max() < 0.025 / (1 - abs(skew))
     # A place's angle falls with time, so what rises in time falls along the angle.
     one_period = crest_shape(wave, np.linspace(0, 2 * np.pi, 20_001))
     assert np.mean(np.diff(one_period) < 0) == pytest.approx((1 + skew) / 2, abs=1e-3)
     assert one_period[0] == one_period.max() == 1
     assert np.mean(one_period > 0) == pytest.approx(0.5, abs=1e-3)
     # A sharp one keeps height and sign, and presses for a shorter time.
-    sharp, power = (crest_shape(replace(wave, sharpness=sharpness), ANGLES) for sharpness in (3, 1))
+    sharp, power = (crest_shape(replace(wave, sharpness=each), angles) for each in (3, 1))
     np.testing.assert_allclose(sharp, power**3, atol=1e-12)
 
 
@@ -190,15 +177,17 @@ def test_crests_differ_and_some_are_missing_while_nothing_else_changes():
     crests = train_of(wave, 4000).crests
     assert np.mean(crests == 0) == pytest.approx(0.25, abs=0.02)
     assert np.log(crests[crests > 0]).std() == pytest.approx(0.2, rel=0.05)
-    time_s = np.arange(0, 100, 0.05)
-    sine, height = height_of(SINE, time_s), height_of(wave, time_s, 4000)
+    time_s, wild = np.arange(0, 100, 0.05), replace(SINE, amplitude_spread=2.0)
+    sine, height, highest = (
+        wave_height(WALL, each, train_of(each, 4000), np.array(0.0), time_s, 0.0)
+        for each in (SINE, wave, wild)
+    )
     np.testing.assert_array_equal(height[sine <= 0], sine[sine <= 0])
     # At phase 0 crest n passes place 0 at n periods.
     at_crests = [np.argmin(np.abs(time_s - number * PERIOD_S)) for number in range(25)]
     assert height[at_crests] == pytest.approx(sine[at_crests] * crests[:25], abs=1e-9)
     # The walls meet halfway.
-    wild = replace(SINE, amplitude_spread=2.0)
-    assert height_of(wild, time_s).max() == WALL.lumen_mm / 2
+    assert highest.max() == WALL.lumen_mm / 2
 
 
 # The sensors.
@@ -240,7 +229,7 @@ def response(sensor, pressed_mm, rate_hz=10.0):
     return responses
 
 
-@pytest.mark.parametrize("changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0, "saturation_mm": 50}])
+@pytest.mark.parametrize("changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0}])
 def test_compression_lowers_the_resistance_by_its_response_however_it_is_asked_for(changes):
     sensor = replace(SENSOR, **changes)
     steps = default_rng(1).normal(0, 0.5, (4, 200))
@@ -253,13 +242,10 @@ def test_compression_lowers_the_resistance_by_its_response_however_it_is_asked_f
     np.testing.assert_allclose(ohms, sensor.resistance_ohm * share, rtol=1e-9)
 
 
-def jumps(recovery_s):
-    return base_line_jumps(default_rng(2), (4, 100_000), 0.02, 0.1, recovery_s, 10.0)
-
-
 def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
     # What returns within a sample leaves the bare jumps.
-    bare, slow = jumps(1e-3), jumps(10.0)
+    set_to = (4, 100_000), 0.02, 0.1
+    bare, slow = (base_line_jumps(default_rng(2), *set_to, after_s, 10.0) for after_s in (1e-3, 10))
     jumped = np.abs(bare) > 1e-9
     assert jumped.mean() == pytest.approx(0.02 / 10, rel=0.1)
     assert bare[jumped].std() == pytest.approx(0.1, rel=0.1)
@@ -272,14 +258,14 @@ def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
     assert slow.std() == pytest.approx(0.1 * math.sqrt(0.02 * 10.0 / 2), rel=0.1)
 
 
-def base_line(sensor, rng, shape, drift_return_s=0.0):
+def base_line(sensor, rng, samples=500, drift_return_s=0.0):
     """Return the resistance of sensors that nothing presses, in parts of the usual one."""
-    sensors = Sensors(sensor, rng, shape, 10.0, drift_return_s)
-    return sensors.resistance(np.zeros(shape)) / sensor.resistance_ohm
+    sensors = Sensors(sensor, rng, (4, samples), 10.0, drift_return_s)
+    return sensors.resistance(np.zeros((4, samples))) / sensor.resistance_ohm
 
 
 def test_a_drift_that_returns_is_as_large_as_its_time_allows():
-    drift = base_line(replace(SENSOR, drift_per_s=0.002), default_rng(1), (4, 50_000), 5.0)
+    drift = base_line(replace(SENSOR, drift_per_s=0.002), default_rng(1), 50_000, 5.0)
     assert drift.std() == pytest.approx(0.002 * math.sqrt(5.0 / 2), rel=0.05)
 
 
@@ -287,13 +273,13 @@ def test_a_drift_that_returns_is_as_large_as_its_time_allows():
 VARYING = [
     ("wall.unevenness_spread", 0.5, 1000, {}, lambda run, rng: roughness(run.wall, rng)),
     ("sensor.jump_run_spread", 0.7, 300, {"sensor.jump": 0.01, "sensor.jumps_per_s": 1.0},
-     lambda run, rng: base_line(run.sensor, rng, (4, 500)).std()),
+     lambda run, rng: base_line(run.sensor, rng).std()),
     ("seat.strength_run_spread", 1.0, 100, {"seat.strength_spread": 0.2},
      lambda run, rng: np.log(touch.wandering_strength(run.seat, rng, 4, 990, 10.0)).std()),
     ("wave.run_spread", 0.8, 300, {"wave.amplitude_spread": 0.2},
      lambda run, rng: np.log(wave_train(run.wave, rng, PERIOD_S, 200).crests).std()),
     ("wave.run_spread", 0.5, 300, {"wave.missing_probability": 0.1},
-     lambda run, rng: np.mean(wave_train(run.wave, rng, PERIOD_S, 2000).crests == 0)),
+     lambda run, rng: np.mean(wave_train(run.wave, rng, PERIOD_S, 1000).crests == 0)),
 ]  # fmt: skip
 
 

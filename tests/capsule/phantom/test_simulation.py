@@ -1,12 +1,10 @@
 """Whole simulated runs, the command that writes them, and journeys along a gut."""
 
 import io
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
 from capsule.method.preprocessing import preprocess
 from capsule.phantom import files as phantom
@@ -18,6 +16,7 @@ from capsule.phantom.wall import wave_height
 from capsule.recordings.recording import format_recording, read_recording, source_of
 from capsule.survey import cycle
 from support.command import run_command
+from support.project import ROOT
 
 PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])
 RANDOM = """wall.unevenness_mm contact.series_offset_mm contact.height_offset_mm
@@ -27,15 +26,10 @@ RANDOM = """wall.unevenness_mm contact.series_offset_mm contact.height_offset_mm
 QUIET = with_values(PHANTOM, dict.fromkeys(RANDOM.split(), 0.0))
 
 
-def matrix_of(run):
-    return preprocess(run.counts.astype(float), window=84, threshold=1.0, length=1000)
-
-
 def test_same_seed_and_bench_same_bytes_whatever_else_is_made(tmp_path):
     def made(*options):
-        out = tmp_path / f"made-{len(list(tmp_path.iterdir()))}"
-        run_command("simulate", "--out", out, "--runs", 1, "--sizes", 3, *options)
-        return (out / "3mm/r01.csv").read_bytes()
+        run_command("simulate", "--force", "--out", tmp_path, "--runs", 1, "--sizes", 3, *options)
+        return (tmp_path / "3mm/r01.csv").read_bytes()
 
     uneven, changed = ["--bench", "uneven-wall"], ["--set", "sensor.noise=0.1"]
     first, *others = (made(*each) for each in ([], ["--seed", 2], uneven, [*uneven, *changed]))
@@ -48,13 +42,11 @@ def test_same_seed_and_bench_same_bytes_whatever_else_is_made(tmp_path):
 
 def test_a_file_says_that_it_is_simulated_and_of_which_archive_and_reads_back():
     run, healthy = (simulate_run(PHANTOM, size_mm, 7, "2mm/r01") for size_mm in (2.0, 0.0))
-    for seed, bench, archive in (
-        (7, None, "simulated-7"), (8, None, "simulated-8"), (7, "uneven-wall", "uneven-wall-7"),
-    ):  # fmt: skip
-        content = format_recording(recording_of(run, PHANTOM, seed, "2mm/r01", bench))
+    for bench, archive in ((None, "simulated-7"), ("uneven-wall", "uneven-wall-7")):
+        content = format_recording(recording_of(run, PHANTOM, 7, "2mm/r01", bench))
         recording = read_recording(io.BytesIO(content), sensors=4)
         header = recording.header
-        assert (header["source"], header["simulator_seed"]) == ("simulated phantom", str(seed))
+        assert (header["source"], header["simulator_seed"]) == ("simulated phantom", "7")
         assert (header["site"], header["setup"]) == (f"{archive}/2mm/r01", f"{archive}/2mm")
         assert float(header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
         np.testing.assert_array_equal(recording.values, run.counts)
@@ -63,10 +55,11 @@ def test_a_file_says_that_it_is_simulated_and_of_which_archive_and_reads_back():
 
 
 def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
-    runs = [simulate_run(QUIET, size, 1, "quiet") for size in (0, 1, 2, 3, 4)]
+    runs = [simulate_run(QUIET, size, 1, "quiet") for size in (0, 1, 2, 4)]
     assert (np.diff([run.compression_mm.max() for run in runs]) > 0).all()
+    shape = {"window": 84, "threshold": 1.0, "length": 1000}
     # The matrix is normalized: what 1 mm adds is less than what a run's own length changes.
-    healthy, *signals = [matrix_of(run).sum() for run in runs]
+    healthy, *signals = [preprocess(run.counts.astype(float), **shape).sum() for run in runs]
     assert (np.diff(signals) > 0).all()
     assert signals[-1] > 4 * healthy
     # However fast, a run has two samples.
@@ -75,11 +68,10 @@ def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
 
 
 def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
-    passes = planned_runs([3], 1, 3)
-    assert [run.name for run in passes] == ["3mm/r01p1", "3mm/r01p2", "3mm/r01p3"]
-    assert {run.site for run in passes} == {"3mm/r01"}
-    runs = [simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in passes]
-    assert len({each.counts.tobytes() for each in runs}) == 3
+    passes = planned_runs([3], 1, 2)
+    assert [(run.name, run.site) for run in passes] == [(f"3mm/r01p{n}", "3mm/r01") for n in (1, 2)]
+    first, second = (simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in passes)
+    assert first.counts.tobytes() != second.counts.tobytes()
     planned = planned_runs([0, 2], [2, 7], 1, [1, 3], "h")
     assert [run.name for run in planned[1::7]] == ["0mm/h02", "2mm/h07"]
     setups = 2 * ["0mm"] + 3 * ["2mm"] + 2 * ["2mm/2"] + 2 * ["2mm/3"]
@@ -109,14 +101,17 @@ def test_existing_files_are_kept_unless_forced(tmp_path):
     assert kept.read_text() != "mine"
 
 
-def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, capsys):
-    shipped = CONFIG.parent / "raw"
-    run_command("simulate", "--out", tmp_path, "--seed", 1)
-    assert capsys.readouterr().err == f"\rsimulated 120 of 120 recordings in {tmp_path}/\n"
-    made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*.csv"))
-    assert made == [Path(f"{size}mm/r{run:02d}.csv") for size in range(6) for run in range(1, 21)]
+@pytest.mark.parametrize(
+    ("runs", "options"), [(2, ["--runs", 2]), pytest.param(20, [], marks=pytest.mark.slow)]
+)
+def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, capsys, runs, options):
+    run_command("simulate", "--out", tmp_path, "--seed", 1, *options)
+    told = f"\rsimulated {6 * runs} of {6 * runs} recordings in {tmp_path}/\n"
+    assert capsys.readouterr().err == told
+    made = [f"{size}mm/r{run:02d}.csv" for size in range(6) for run in range(1, runs + 1)]
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.csv")) == made
     for name in made:
-        assert (tmp_path / name).read_bytes() == (shipped / name).read_bytes(), name
+        assert (tmp_path / name).read_bytes() == (ROOT / "raw" / name).read_bytes(), name
 
 
 # A journey along a gut, folded and unfolded: each nodule is caught for itself.
@@ -134,9 +129,8 @@ def journey_over(nodules, changes=(), length_mm=300.0, samples=9000):
     return Journey(phantom, 1, "test", nodules, SENSORS, samples, length_mm)
 
 
-@pytest.mark.parametrize("changes", [{}, BUSY], ids=["usual", "busy"])
-def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for(changes):
-    one, other = (journey_over([Nodule(50, 3)], changes) for _ in range(2))
+def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for():
+    one, other = (journey_over([Nodule(50, 3)], BUSY) for _ in range(2))
     parts = [other.advance(samples)[1] for samples in (1, 7, *[8] * 124)]
     np.testing.assert_array_equal(one.advance(1000)[1], np.hstack(parts))
 
@@ -151,8 +145,7 @@ def test_each_nodule_holds_the_capsule_for_itself():
         return [np.count_nonzero(np.abs(head_mm.head_mm - at_mm) < 30) for at_mm in (60, 160)]
 
     free, first, both = waits(), waits(60), waits(60, 160)
-    assert first[0] > free[0] + 50
-    assert both[1] > free[1] + 50
+    assert first[0] > free[0] + 50 and both[1] > free[1] + 50
     assert (first[1], both[0]) == pytest.approx((free[1], first[0]), abs=40)
 
 
@@ -172,8 +165,8 @@ def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     assert np.ptp(felt_back[:, 200:], axis=1).max() < 0.2 * np.ptp(felt_out, axis=1).min()
     np.testing.assert_allclose(np.diff(back.wave_mm), 2.5)
     # A crest is at place 0 whenever the wave has been carried by a whole wavelength.
-    chance, place = journey._chance, np.array(0.0)
-    height = wave_height(PHANTOM.wall, PHANTOM.wave, chance.train, place, out.time_s, chance.phase)
+    at_start = journey._chance.train, np.array(0.0), out.time_s, journey._chance.phase
+    height = wave_height(PHANTOM.wall, PHANTOM.wave, *at_start)
     np.testing.assert_allclose(height, 3.5 * np.cos(2 * np.pi * out.wave_mm / 80), atol=1e-9)
 
 
@@ -197,13 +190,12 @@ def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():
     def heights(redrawn):
         journey = journey_over([Nodule(50, 2)] * 300, {"folding.height_redrawn": redrawn})
         passes = [journey._pass]
-        for _ in range(2):
-            journey.fold()
-            journey.unfold()
-            passes.append(journey._pass)
-        assert len({each.looseness_mm for each in passes}) == 3
+        journey.fold()
+        journey.unfold()
+        passes.append(journey._pass)
+        assert passes[0].looseness_mm != passes[1].looseness_mm
         coupling = np.log([bulge.coupling for each in passes for bulge in each.bulges])
-        assert coupling.mean() == pytest.approx(0.0, abs=0.02)
+        assert coupling.mean() == pytest.approx(0.0, abs=0.025)
         assert coupling.std() == pytest.approx(PHANTOM.contact.coupling_spread, rel=0.05)
         return np.array([[bulge.height_mm for bulge in each.bulges] for each in passes])
 
