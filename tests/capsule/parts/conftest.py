@@ -4,7 +4,7 @@ import importlib.util
 
 import pytest
 
-from support.measured import make_into
+from support.command import run_command
 from support.project import built_once
 
 # Without the extra `cad` (380 MB), these tests are left out, not skipped: CI does not install it,
@@ -15,4 +15,4 @@ collect_ignore = [] if importlib.util.find_spec("OCP") else ["test_step_files.py
 @pytest.fixture(scope="session")
 def made(tmp_path_factory):
     """Return the folder of all parts, which all processes of a test run share."""
-    return built_once(tmp_path_factory, "parts", make_into)
+    return built_once(tmp_path_factory, "parts", lambda out: run_command("parts", "--out", out))

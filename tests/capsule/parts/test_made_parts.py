@@ -3,7 +3,7 @@
 import csv
 import json
 import re
-import subprocess
+import zipfile
 from xml.etree import ElementTree
 
 import ezdxf
@@ -16,8 +16,7 @@ from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
 from capsule.parts.files import read_design
 from capsule.parts.solids import one
-from support import measured
-from support.command import CAPSULE
+from support.command import CAPSULE, output_of
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
@@ -28,6 +27,7 @@ COUPONS = ["strip", "awn", "glue", "wall-0.40", "wall-0.50", "wall-0.60"]
 PRISMS = {"substructure": 5.0, **{f"coupon-{name}": 5.0 for name in COUPONS}}
 PRISMS |= {"slide": 4.0, "end-plate": 6.0}
 SVG = "{http://www.w3.org/2000/svg}"
+MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
 
 @pytest.fixture(scope="module")
@@ -37,11 +37,83 @@ def listed(made):
 
 @pytest.fixture(scope="module")
 def meshes(made):
-    return {path.stem: measured.read_stl(path) for path in sorted(made.glob("*.stl"))}
+    return {path.stem: trimesh.load_mesh(path) for path in sorted(made.glob("*.stl"))}
 
 
-def judged(triangles):
-    return trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles))
+def read_3mf(path):
+    """Return name, vertices in mm, and triangles of each object of a 3MF."""
+    with zipfile.ZipFile(path) as package:
+        model = ElementTree.fromstring(package.read("3D/3dmodel.model"))
+    assert model.get("unit") == "millimeter"
+    built = [item.get("objectid") for item in model.iter(f"{MODEL}item")]
+    assert [body.get("id") for body in model.iter(f"{MODEL}object")] == built
+
+    def numbers(body, kind, keys):
+        return np.array(
+            [[float(each.get(key)) for key in keys] for each in body.iter(MODEL + kind)]
+        )
+
+    return [
+        (
+            body.get("name"),
+            numbers(body, "vertex", "xyz"),
+            numbers(body, "triangle", ("v1", "v2", "v3")).astype(int),
+        )
+        for body in model.iter(f"{MODEL}object")
+    ]
+
+
+def read_svg(path):
+    """Return the outlines of an SVG by layer as polygons, in mm, with y upwards."""
+    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
+    # One unit of the picture is one millimetre.
+    assert [float(each) for each in root.get("viewBox").split()] == [0, 0, width, height]
+    layers = {}
+    for group in root.iter(f"{SVG}g"):
+        (path_element,) = group
+        closed = [part for part in path_element.get("d").split("Z") if part.strip()]
+        layers[group.get("id")] = [corners_of(part) * [1, -1] + [0, height] for part in closed]
+    return layers
+
+
+def corners_of(data):
+    """Return the corners of a path's lines, and points on its arcs."""
+    points = []
+    for kind, words in re.findall(r"([MLA])([^MLA]*)", data):
+        *arc, end = words.split()
+        end = complex(*map(float, end.split(",")))
+        if kind == "A" and end != points[-1]:
+            radius, large, sweep = float(arc[0]), arc[3] == "1", arc[4] == "1"
+            half = np.arcsin(min(abs(end - points[-1]) / 2 / radius, 1.0))
+            turn = (2 * np.pi - 2 * half if large else 2 * half) * (1 if sweep else -1)
+            # The centre, around which the start turns to the end.
+            centre = (end - points[-1] * np.exp(1j * turn)) / (1 - np.exp(1j * turn))
+            steps = np.exp(1j * turn * np.arange(1, 64) / 64)
+            points += list(centre + (points[-1] - centre) * steps)
+        points.append(end)
+    # The last point closes the path.
+    points = np.array(points[:-1] if points[0] == points[-1] else points)
+    return np.column_stack([points.real, points.imag])
+
+
+def edges_of(outlines):
+    """Return the edges of closed outlines, shape (N, 2, 2)."""
+    return np.vstack([np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in outlines])
+
+
+def section(mesh, height):
+    """Return the edges of a mesh's section at a height, shape (N, 2, 2)."""
+    return trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2]
+
+
+def clearance(points, edges):
+    """Return the distance of each point, of shape (..., 2), from the nearest edge."""
+    start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    from_start = points[..., np.newaxis, :] - start
+    part = (from_start * way).sum(axis=-1) / (way**2).sum(axis=-1)
+    beside = from_start - part.clip(0, 1)[..., np.newaxis] * way
+    return np.linalg.norm(beside, axis=-1).min(axis=-1)
 
 
 def flattened(path, layer="CUT"):
@@ -60,20 +132,20 @@ def flattened(path, layer="CUT"):
 def outlines(path):
     """Return the outlines to cut from a DXF or SVG file."""
     if path.suffix == ".svg":
-        return measured.read_svg(path)["CUT"]
+        return read_svg(path)["CUT"]
     return [each for each, _ in flattened(path)]
 
 
 @pytest.mark.parametrize("kind", ["stl", "3mf", "dxf", "svg"])
-def test_angles_and_corners_are_the_papers_in_every_file(made, kind):
+def test_angles_and_corners_are_the_papers_in_every_file(made, meshes, kind):
     path = made / f"substructure.{kind}"
     if kind == "stl":
-        edges = measured.section(measured.read_stl(path)[0], 2.5)
+        edges = section(meshes["substructure"], 2.5)
     elif kind == "3mf":
-        ((_, vertices, triangles),) = measured.read_3mf(path)
-        edges = measured.section(vertices[triangles], 2.5)
+        ((_, *mesh),) = read_3mf(path)
+        edges = section(trimesh.Trimesh(*mesh), 2.5)
     else:
-        edges = measured.edges_of(outlines(path))
+        edges = edges_of(outlines(path))
     low, high = edges.min(axis=(0, 1)), edges.max(axis=(0, 1))
     assert high[1] - low[1] == pytest.approx(20.0, abs=0.01)
     # An SVG begins at its corner: the axis is half way up, and the foremost point is left of C.
@@ -89,30 +161,33 @@ def test_angles_and_corners_are_the_papers_in_every_file(made, kind):
         across = np.array([-way[1], way[0]]) / np.linalg.norm(way)
         along = corners[first] + np.linspace(0.2, end, 9)[:, np.newaxis] * way
         for aside in (-0.2, 0.0, 0.2):
-            to_wall = measured.clearance(along + aside * across, edges)
+            to_wall = clearance(along + aside * across, edges)
             np.testing.assert_allclose(to_wall, 0.25 - abs(aside), atol=0.01)
 
 
 def test_every_mesh_is_sound_printable_and_the_same_in_both_files(made, meshes, listed):
     assert set(meshes) == set(listed["parts"])
-    for name, (triangles, normals) in meshes.items():
-        mesh, part = judged(triangles), listed["parts"][name]
+    for name, mesh in meshes.items():
+        part = listed["parts"][name]
+        with (made / f"{name}.stl").open("rb") as stream:
+            normals = trimesh.exchange.stl.load_stl_binary(stream)["face_normals"]
         assert mesh.is_watertight and mesh.is_winding_consistent, name
         assert mesh.body_count == part["bodies"] == (4 if name == "assembly" else 1), name
         assert mesh.nondegenerate_faces(height=1e-5).all(), name
-        np.testing.assert_allclose(normals, trimesh.triangles.normals(triangles)[0], atol=1e-4)
+        turned = trimesh.triangles.normals(mesh.triangles)[0]
+        np.testing.assert_allclose(normals, turned, atol=1e-4)
         # Normals that point inwards would make the volume negative.
         assert mesh.volume == pytest.approx(part["volume_mm3"], rel=1e-3), name
         np.testing.assert_allclose(mesh.extents, part["box_mm"], atol=0.01)
         assert mesh.bounds[0, 2] == pytest.approx(0.0, abs=1e-6)
         # It fits the printer and needs no support.
         assert all(mesh.extents <= [250, 210, 210]), name
-        downwards = -normals[triangles[:, :, 2].max(axis=1) > 1e-6, 2]
+        downwards = -normals[mesh.triangles[:, :, 2].max(axis=1) > 1e-6, 2]
         overhang = np.degrees(np.arcsin(np.clip(downwards, 0, 1)).max())
         assert overhang <= (20.0 if name.startswith("cam-") else 45.0), name
-        read = measured.read_3mf(made / f"{name}.3mf")
-        assert sum(len(faces) for _, _, faces in read) == len(triangles)
-        total = sum(judged(vertices[faces]).volume for _, vertices, faces in read)
+        read = read_3mf(made / f"{name}.3mf")
+        assert sum(len(faces) for _, _, faces in read) == len(mesh.faces)
+        total = sum(trimesh.Trimesh(*body).volume for _, *body in read)
         assert total == pytest.approx(mesh.volume, rel=1e-4)
 
 
@@ -127,20 +202,20 @@ def test_outlines_reopen_at_true_size_and_a_prisms_volume_is_area_times_height(m
         box = np.ptp(np.vstack(read), axis=0)
         np.testing.assert_allclose(box, part["box_mm"][:2], atol=0.01)
         if name in PRISMS:
-            areas = [abs(np.linalg.det(measured.edges_of([each])).sum()) / 2 for each in read]
+            areas = [abs(np.linalg.det(edges_of([each])).sum()) / 2 for each in read]
             volume = (2 * max(areas) - sum(areas)) * PRISMS[name]
             assert part["volume_mm3"] == pytest.approx(volume, rel=1e-3)
 
 
 def test_the_assembly_is_four_sensors_at_a_pitch(made):
-    read = measured.read_3mf(made / "assembly.3mf")
+    read = read_3mf(made / "assembly.3mf")
     assert [name for name, _, _ in read] == [f"assembly {n}" for n in (1, 2, 3, 4)]
     heads = np.array([vertices[:, 0].max() for _, vertices, _ in read])
     np.testing.assert_allclose(-np.diff(heads), 6.2713, atol=1e-3)
 
 
 def test_a_laser_engraves_the_platforms_scale_and_cuts_the_end_plates_rounds_as_arcs(made):
-    platform = measured.read_svg(made / "platform.svg")
+    platform = read_svg(made / "platform.svg")
     assert len(flattened(made / "platform.dxf", "ENGRAVE")) == len(platform["ENGRAVE"]) > 161
     assert len(platform["CUT"]) == 1
     arcs = [radii for _, radii in flattened(made / "end-plate.dxf") if radii]
@@ -182,9 +257,8 @@ def test_the_list_gives_mass_loop_and_resistance_and_the_bill_what_is_made_and_b
     assert unit["mass_g"] == pytest.approx(unit["volume_mm3"] * 1.2e-3, abs=1e-3)
     # Twice |AC| and |BC|, and the two flats.
     loop = 2 * (np.hypot(5.9588, 5.0) + np.hypot(0.4374, 5.0)) + 8.0
-    assert capsule["loop_mm"] == pytest.approx(loop, abs=0.01)
-    assert capsule["resistance_ohm"] == 12000
-    assert capsule["resistivity_ohm_m"] == pytest.approx(0.9, abs=0.01)
+    told = [capsule[name] for name in ("loop_mm", "resistance_ohm", "resistivity_ohm_m")]
+    assert told == pytest.approx([loop, 12000, 0.9], abs=0.01)
     with (made / "bom.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     printed = {name: part["quantity"] for name, part in listed["parts"].items() if part["quantity"]}
@@ -202,38 +276,27 @@ FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)
 TURNS = np.radians(np.arange(0, 360, 15))
 
 
-def slices(path):
-    """Return the points of the cam's section at every follower."""
-    triangles, _ = measured.read_stl(path)
-    low, high = triangles[:, :, 2].min(axis=1), triangles[:, :, 2].max(axis=1)
-    for level in FOLLOWERS_MM + 1e-3:
-        yield measured.section(triangles[(low < level) & (high > level)], level).reshape(-1, 2)
-
-
-def displacement(points):
-    """Return the place of a follower, midway between the cam's sides, and the cam's width."""
-    across = points @ np.array([np.cos(TURNS), -np.sin(TURNS)])
-    return (across.max(axis=0) + across.min(axis=0)) / 2, np.ptp(across, axis=0)
-
-
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_every_follower_moves_as_a_sine_of_the_amplitude(made, side):
-    points = np.array([*map(displacement, slices(made / f"cam-{side}.stl"))])
-    moved, width = np.moveaxis(points, 1, 0)
+def test_every_follower_moves_as_a_sine_of_the_amplitude(meshes, side):
+    edges = [section(meshes[f"cam-{side}"], level + 1e-3) for level in FOLLOWERS_MM]
+    across = [each.reshape(-1, 2) @ np.array([np.cos(TURNS), -np.sin(TURNS)]) for each in edges]
+    low, high = (np.array([end(each, axis=0) for each in across]) for end in (np.min, np.max))
+    # A follower lies midway between the cam's sides.
+    moved = (low + high) / 2
     expected = follower_displacement(CAM, FOLLOWERS_MM[:, np.newaxis], TURNS)
     np.testing.assert_allclose(moved, expected, atol=0.02)
     amplitude = np.abs((moved * np.exp(-1j * TURNS)).mean(axis=1)) * 2
     np.testing.assert_allclose(amplitude, 3.5, atol=0.02)
     # The window is as wide as the cam, plus its play, whatever the angle.
-    np.testing.assert_allclose(width, 18.0, atol=0.02)
+    np.testing.assert_allclose(high - low, 18.0, atol=0.02)
 
 
-def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mirror(made):
+def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mirror(meshes):
     # Both shafts are the same sine and turn the same way. With their rods' flats alike, the right
     # one runs half a turn ahead: what moves the left followers to the right moves the right ones
     # to the left.
     for side, angle in (("left", 0.0), ("right", 180.0)):
-        edges = next(slices(made / f"cam-{side}.stl")).reshape(-1, 2, 2)
+        edges = section(meshes[f"cam-{side}"], FOLLOWERS_MM[0] + 1e-3)
         bore = edges[(np.linalg.norm(edges, axis=2) < 3.2).all(axis=1)].mean(axis=1)
         # The flat is where the bore comes nearest to the axis.
         x, y = min(bore, key=np.linalg.norm)
@@ -267,8 +330,7 @@ def test_the_parts_agree_with_the_firmware():
 
 @pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes_in_another_process(made, tmp_path):
-    command = [*CAPSULE, "parts", "--out", str(tmp_path)]
-    subprocess.run(command, check=True, capture_output=True)
+    output_of(*CAPSULE, "parts", "--out", tmp_path)
     ours = {path.relative_to(made): path.read_bytes() for path in made.rglob("*.*")}
     theirs = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.*")}
     assert ours.keys() == theirs.keys()
