@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from capsule.parts.refusals import check_design
 from capsule.parts.substructure import wall_area
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import parameter_names, words_of
-from support.project import ROOT
+from support.command import CAPSULE, run_command
 
 pytestmark = pytest.mark.takes(0.1)
 
@@ -30,15 +29,14 @@ ROWS = dict(entries(TABLE))
 SENSORS = 4
 REFUSAL = re.compile(
     r"^[a-z]+\.[a-z_]+ is .+; (it must be (at least|at most) -?\d|it must be a multiple of|"
-    r"allowed (is|are) |.+; (enlarge|reduce) it)"
+    r"allowed (is|are) |.+; (enlarge|reduce) it).*"
 )
 
 
 def is_sound(part):
     for name, vertices, triangles in part.bodies:
         mesh = trimesh.Trimesh(vertices, triangles, process=False)
-        assert mesh.is_watertight, name
-        assert mesh.is_winding_consistent, name
+        assert mesh.is_watertight and mesh.is_winding_consistent, name
         assert np.isfinite(vertices).all(), name
     assert volume(part) > 0, part.name
 
@@ -56,7 +54,6 @@ def designed(*changes):
         ("origami.fold_side=tail", 5.38),
         ("origami.corners=outside", 5.77),
         ("origami.tip=curl", 6.27),
-        ("origami.lower_corner_mm=3", 6.36),
         # 5 (tan 48 - tan 8), a wall and the adhesive.
         ("origami.fold_angle_deg=40 origami.awn_tilt_deg=8", 5.60),
     ],
@@ -79,10 +76,8 @@ PRESSED = "origami.fold_angle_deg=16 origami.shoulder_to_tip_mm=8 origami.tip_ra
         ("origami.tip_radius_mm=2", "tip_radius_mm is 2; it must be at most 1.25"),
         (PRESSED, "tips and walls meet the neighbour when the capsule is pressed"),
         ("bench.follower_mm=1 bench.follower_gap_mm=0.3", "is 1; it must be at least 1.1"),
-        ("bench.length_mm=200", "bench.length_mm is 200; it must be at most 160"),
         ("bench.length_mm=100", "multiple of wall.wavelength_mm (80), at most 160"),
         ("wall.amplitude_mm=5", "amplitude_mm is 5; it must be at most 4.634"),
-        ("origami.tip=square", "origami.tip is square; allowed are bulb, round, curl"),
         ("bench.frame_mm=90", "bench.frame_mm is 90; allowed is 2 to 10"),
         ("sensor.noise=0.1", "the parts have no value sensor.noise; config/parts.yaml lists all"),
         ("choice.fold_side=tail", "did you mean origami.fold_side?"),
@@ -94,22 +89,18 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("module", "needs", "extra"),
-    [("manifold3d", "the parts need manifold3d", "parts"), ("OCP", "--step needs Open", "cad")],
-)
-def test_without_a_package_one_line_says_what_to_install(tmp_path, module, needs, extra):
-    out = str(tmp_path / "parts")
-    program = f"import sys; sys.modules[{module!r}] = None; from capsule.commands import cli; "
-    program += f"cli.main(['parts', '--step', '--out', {out!r}])"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
-    command = [sys.executable, "-c", program]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True)
-    remedy = f'run in {ROOT}: pip install -e ".[{extra}]"'
-    assert (run.returncode, run.stderr.count("\n")) == (1, 1)
-    assert run.stderr.startswith(f"error: {needs}")
-    assert run.stderr.endswith(f", which is not installed; {remedy}\n")
-    assert not Path(out).exists()
+def test_without_a_package_one_line_says_what_to_install(tmp_path, monkeypatch):
+    (tmp_path / "manifold3d.py").write_text("raise ModuleNotFoundError(name='manifold3d')")
+    lacking, out = os.environ | {"PYTHONPATH": str(tmp_path)}, tmp_path / "parts"
+    command = [*CAPSULE, "parts", "--out", str(out)]
+    run = subprocess.run(command, env=lacking, capture_output=True, text=True)
+    told = 'the parts need manifold3d, which is not installed; run in .*: pip .*"\\.\\[parts\\]"'
+    assert (run.returncode, bool(re.fullmatch(f"error: {told}\n", run.stderr))) == (1, True)
+    monkeypatch.setitem(sys.modules, "OCP", None)
+    monkeypatch.delitem(sys.modules, "capsule.parts.step_files", raising=False)
+    with pytest.raises(CapsuleError, match=r'^--step needs Open CASCADE, .*pip .*"\.\[cad\]"$'):
+        run_command("parts", "--step", "--out", out)
+    assert not out.exists()
 
 
 def drawn(name):
@@ -121,9 +112,9 @@ def drawn(name):
     return st.none() | st.floats(low, high).map(lambda value: f"{name}={value:.3f}")
 
 
-CAPSULE = [name for name in TABLE["limits"] if name.startswith("origami.")]
-CAPSULE += [name for name in ROWS if "allowed" in ROWS[name]]
-CAPSULE += [name for name in parameter_names() if words_of(name)]
+OF_CAPSULE = [name for name in TABLE["limits"] if name.startswith("origami.")]
+OF_CAPSULE += [name for name in ROWS if "allowed" in ROWS[name]]
+OF_CAPSULE += [name for name in parameter_names() if words_of(name)]
 WHOLE = ("teeth", "length_mm", "follower_mm")
 BENCH = [name for name in ROWS if name.startswith("bench.") and not name.endswith(WHOLE)]
 BENCH += ["wall.lumen_mm", "wall.amplitude_mm"]
@@ -134,13 +125,12 @@ def design_or_limit(changes):
     try:
         return designed(*filter(None, changes))
     except CapsuleError as error:
-        assert REFUSAL.match(str(error)), error
-        assert "\n" not in str(error)
+        assert REFUSAL.fullmatch(str(error)), error
         reject()
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.tuples(*map(drawn, CAPSULE)))
+@settings(max_examples=12, deadline=None)
+@given(st.tuples(*map(drawn, OF_CAPSULE)))
 def test_random_dimensions_give_a_valid_capsule_or_name_the_limit(changes):
     design = design_or_limit(changes)
     part, row = substructure(design), assembly(replace(design, sensors=2))
@@ -158,7 +148,7 @@ def test_random_dimensions_give_a_valid_capsule_or_name_the_limit(changes):
     assert volume(part) == pytest.approx(origami.height_mm * area - bored, abs=within)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(st.tuples(*map(drawn, BENCH)))
 def test_random_dimensions_give_a_valid_bench_or_name_the_limit(changes):
     for part in all_parts(design_or_limit(changes)):
