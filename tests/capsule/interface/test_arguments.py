@@ -43,9 +43,8 @@ def test_samples_first_is_refused_with_the_remedy(archive, name, argument):
         tall, told = capsule.Recording(archive.time_s(NAME), tall), "recording.values"
     with pytest.raises(capsule.CapsuleError) as refused:
         call(archive, name, {argument: tall})
-    remedy = f"one row per sensor; transpose it: {told}.T has one row per sensor"
-    shown = f"{told}: an array of shape (520, 4) is not allowed; allowed is {remedy}"
-    assert str(refused.value) == shown
+    shown = f"{told}: an array of shape (520, 4) is not allowed; allowed is one row per sensor"
+    assert str(refused.value) == f"{shown}; transpose it: {told}.T has one row per sensor"
     assert len(ON_ARRAYS) >= 10
     # Few samples and many sensors are no samples first.
     for shape in ((1, 100), (4, 4), (64, 525)):
@@ -77,10 +76,8 @@ def test_what_numpy_can_convert_is_taken(archive):
         ("preprocess", {"window": 84.0}, "a whole number of at least 1"),
         ("preprocess", {"window": True}, "a whole number of at least 1"),
         ("preprocess", {"threshold": np.nan}, "a number of at least 0"),
-        ("preprocess", {"threshold": "1"}, "a number of at least 0"),
         ("preprocess", {"values": "readings"}, "an array of numbers, one row per sensor"),
         ("preprocess", {"values": [1.0, 2.0]}, "an array of numbers, one row per sensor"),
-        ("preprocess", {"values": np.empty((4, 0))}, "an array of numbers, one row per sensor"),
         ("fit_generator", {"seed": -1}, "a whole number of at least 0"),
         ("read_recording", {"sensors": 0}, "a whole number"),
         ("read_recording", {"stream": 3}, "a path, or a file that is open for reading"),
@@ -89,7 +86,6 @@ def test_what_numpy_can_convert_is_taken(archive):
         ("format_recording", {"recording": NAME}, "a Recording"),
         ("load", {"raw": 3}, "a path to a folder of recordings"),
         ("folds", {"archive": "raw"}, "what capsule.load returns"),
-        ("judge", {"archive": "raw"}, "what capsule.load returns"),
     ],
 )
 def test_an_argument_is_refused_with_its_name_and_what_is_allowed(archive, name, changed, allowed):
@@ -115,8 +111,6 @@ def test_a_recording_is_read_from_a_path_as_from_a_file(tmp_path):
     with FILE.open("rb") as stream:
         read = capsule.read_recording(stream, 4)
     for path in (FILE, str(FILE)):
-        from_path = capsule.read_recording(path, sensors=4)
-        np.testing.assert_array_equal(from_path.values, read.values)
-        assert from_path.header == read.header
+        np.testing.assert_array_equal(capsule.read_recording(path, 4).values, read.values)
     with pytest.raises(capsule.CapsuleError, match=r"none\.csv: it cannot be read: No such file"):
         capsule.read_recording(tmp_path / "none.csv", 4)
