@@ -11,6 +11,7 @@ from sklearn.utils.estimator_checks import check_estimator
 
 import capsule
 from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
+from capsule.evaluation import learning
 from capsule.recordings.names import size_mm
 from capsule.seeding import generator
 
@@ -191,7 +192,9 @@ def test_no_verdict_is_a_wrong_verdict(archive):
     assert judged.confounded.empty
 
 
-def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive):
+def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive, monkeypatch):
+    # How rates grow with what teaches would take most of the time.
+    monkeypatch.setattr(learning, "draw_splits", lambda *_: {})
     of_all = capsule.judge(archive).predictions
     for detector in archive.settings["detectors"]:
         own = of_all[(of_all["detector"] == detector) & (of_all["scheme"] == "leave_one_out")]
