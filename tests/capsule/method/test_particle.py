@@ -17,19 +17,17 @@ SMALL = method.ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
 
 @pytest.mark.parametrize(("sensors", "length", "first_peak"), [(4, 200, 30), (1, 20, 5)])
 def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
-    particle = method.Particle.from_vector(PAPER.draw(1, sensors, generator(1, "render"))[0])
+    (drawn,) = PAPER.draw(1, sensors, generator(1, "render"))
+    particle = method.Particle.from_vector(drawn)
     particle.peak_spacing[:] = particle.peak_spacing / 10 + 0.25  # averages may be fractions
     expected = literal.render(*vars(particle).values(), first_peak, length)
     np.testing.assert_allclose(method.render(particle, first_peak, length), expected, atol=1e-14)
-
-
-def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_out():
-    found = method.Particle.from_vector(PAPER.draw(1, 4, generator(1, "stored"))[0])
-    parameters = {name: values.tolist() for name, values in vars(found).items()}
+    # What is stored of a fit gives its particle; without parameters, it has none.
+    parameters = {name: values.tolist() for name, values in vars(particle).items()}
     stored = {"3mm/r02": {"parameters": parameters}, "3mm/r01": {"parameters": None}}
-    (name, particle), *others = method.particles_of(stored).items()
-    assert (name, others) == ("3mm/r02", [])
-    np.testing.assert_array_equal(particle.to_vector(), found.to_vector())
+    ((name, restored),) = method.particles_of(stored).items()
+    assert name == "3mm/r02"
+    np.testing.assert_array_equal(restored.to_vector(), particle.to_vector())
 
 
 def test_random_particles_fill_their_ranges_and_steps_have_their_deviations():
@@ -41,20 +39,15 @@ def test_random_particles_fill_their_ranges_and_steps_have_their_deviations():
     assert (drawn[:, 11:].min(), drawn[:, 11:].max()) == (1, 60)
     for space, deviation in ((PAPER, 1), (SMALL, 2)):
         steps = space.draw_steps(40_000, 4, generator(1, "steps"))
-        np.testing.assert_allclose(steps[:, :8].std(), 0.1, rtol=0.01)
+        assert steps[:, :8].std() == pytest.approx(0.1, rel=0.01)
         # The variance of a rounded normal number is larger by 1/12.
-        expected = np.sqrt(deviation**2 + 1 / 12)
-        np.testing.assert_allclose(steps[:, 8:].std(), expected, rtol=0.01)
+        assert steps[:, 8:].std() == pytest.approx(np.sqrt(deviation**2 + 1 / 12), rel=0.01)
         np.testing.assert_array_equal(steps[:, 8:], np.rint(steps[:, 8:]))
 
 
-# However many particles are compared at once.
-@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
-def test_a_fit_equals_the_literal_algorithm(monkeypatch, at_once):
+def test_a_fit_equals_the_literal_algorithm(monkeypatch):
     """By eq. initalParticleindex to eq. Theta*, with literal comparisons."""
-    monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
-    monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
-    sensors, length = 3, 50
+    sensors, length = 2, 30
     recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
 
@@ -71,11 +64,14 @@ def test_a_fit_equals_the_literal_algorithm(monkeypatch, at_once):
         if proposed < smallest:
             best, smallest, accepted = proposal, proposed, accepted + 1
     rules = {"particles": 21, "iterations": 47, "first_peak": 8, "space": SMALL}
-    fit = method.fit_particle(matrix, generator(5, "fit"), **rules)
-    np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
-    assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
-    assert fit.rmse == pytest.approx(smallest, abs=1e-9)
-    assert fit.accepted_moves == accepted > 2
+    # However many particles are compared at once.
+    for at_once in (1, 2, 3, 50):
+        monkeypatch.setattr(method, "CANDIDATES_AT_ONCE", at_once)
+        monkeypatch.setattr(method, "PROPOSALS_AT_ONCE", at_once)
+        fit = method.fit_particle(matrix, generator(5, "fit"), **rules)
+        np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
+        assert (fit.rmse_initial, fit.rmse) == pytest.approx((initial, smallest), abs=1e-9)
+        assert fit.accepted_moves == accepted > 2
     sliding = literal.sliding_rmse(matrix, method.render(fit.particle, 8, length))
     assert fit.lag == np.argmin(sliding) + 1
 
@@ -87,6 +83,6 @@ def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, len
     vectors = PAPER.draw(2, sensors, generator(seed, "edges"))
     drawn = np.empty((2, sensors, length))
     renderer.draw_into(vectors, drawn)
-    particles = map(method.Particle.from_vector, vectors)
-    expected = [method.render(particle, first_peak, length) for particle in particles]
-    np.testing.assert_allclose(drawn, expected, atol=1e-15)
+    for found, vector in zip(drawn, vectors, strict=True):
+        expected = method.render(method.Particle.from_vector(vector), first_peak, length)
+        np.testing.assert_allclose(found, expected, atol=1e-15)

@@ -19,9 +19,13 @@ def test_preprocessing_equals_the_literal_formulas(sensors, samples, window):
     np.testing.assert_allclose(run.matrix, expected[:, :samples], rtol=0, atol=1e-12)
 
 
-def test_a_constant_sensor_is_refused_not_divided_by_zero():
+def test_a_constant_sensor_is_not_divided_by_zero_and_no_sample_is_cut_off():
     with pytest.raises(ValueError, match="constant"):
         normalize(np.array([[1.0, 2.0], [0.1, 0.1]]))
+    full = np.ones((1, 4))
+    np.testing.assert_array_equal(method.extend(full, 4), full)
+    with pytest.raises(ValueError, match="4 samples do not fit into 3"):
+        method.extend(full, 3)
 
 
 def test_missing_samples_take_no_part_and_a_window_without_any_has_no_envelope():
@@ -34,11 +38,3 @@ def test_missing_samples_take_no_part_and_a_window_without_any_has_no_envelope()
     assert method.rms_envelope(normalized, window=2)[0, 2] == pytest.approx(expected)
     normalized[:, 1:4] = np.nan
     assert np.isnan(method.rms_envelope(normalized, window=2)[0, 2])
-
-
-def test_only_what_exceeds_the_threshold_remains_and_is_padded_and_never_cut():
-    rectified = method.rectify(np.array([[0.5, 1.0, 1.75]]), 1.0)
-    np.testing.assert_array_equal(rectified, [[0.0, 0.0, 0.75]])
-    np.testing.assert_array_equal(method.extend(np.ones((1, 2)), 4), [[1, 1, 0, 0]])
-    with pytest.raises(ValueError, match="5 samples do not fit into 4"):
-        method.extend(np.ones((1, 5)), 4)

@@ -17,14 +17,10 @@ def particles(count, name="templates"):
     return [Particle.from_vector(v) for v in PAPER.draw(count, 4, generator(1, name))]
 
 
-def test_particles_are_grouped_by_the_size_of_their_recordings():
-    one, two, three = particles(3)
-    grouped = method.by_size({"2mm/r01": one, "unlabelled/r01": two, "2mm/r00": three})
-    assert grouped == {2.0: [one, three]}
-
-
 def test_amplitudes_and_spacings_are_averaged_and_spreads_by_their_variances():
     three = particles(3)
+    by_name = dict(zip(["2mm/r01", "2mm/r00", "2mm/r02"], three, strict=True))
+    assert method.by_size(by_name | {"unlabelled/r01": three[0]}) == {2.0: three}
     mean = method.total(three, sensors=4).mean()
     # Sigma of eq. barTheta holds variances: the mean of the sigmas themselves is smaller.
     for name, values in vars(mean).items():
@@ -47,8 +43,8 @@ def test_templates_are_rendered_per_size_and_the_first_is_zero():
     # Without a recording, only its own size changes.
     *others, left_out, _ = templates.without([(2.5, sizes[2.5][0])])
     assert all(map(operator.is_, others, templates.matrices))
-    remaining = method.total(sizes[2.5][1:], 4).mean()
-    np.testing.assert_allclose(left_out, render(remaining, 150, 1000), atol=1e-12)
+    expected = render(method.total(sizes[2.5][1:], 4).mean(), 150, 1000)
+    np.testing.assert_allclose(left_out, expected, atol=1e-12)
     kept = templates.without([(0.0, sizes[2.5][0]), (1.0, None)])
     assert all(map(operator.is_, kept, templates.matrices))
     assert np.isnan(templates.without((2.5, each) for each in sizes[2.5])[2]).all()
@@ -69,12 +65,11 @@ def test_distances_equal_the_literal_formula_and_a_gain_is_that_over_no_template
 def test_what_is_unknown_stays_unknown():
     known, unknown = np.ones((2, 10)), np.full((2, 10), np.nan)
     distances = method.template_distances(known, [0 * known, unknown])
-    assert distances[0] == pytest.approx(np.sqrt(1 / 3))
-    assert np.isnan(distances[1])
+    assert distances == pytest.approx([np.sqrt(1 / 3), np.nan], nan_ok=True)
     assert method.nearest_size(distances, [0, 1]) == 0
     assert np.isnan(method.template_distances(unknown, [known])).all()
-    assert np.isnan(method.nearest_size(np.array([np.nan, np.nan]), [0, 1]))
-    assert np.isnan(method.nearest_size(np.array([]), []))
+    assert np.isnan(method.nearest_size(distances[1:], [0]))
+    assert np.isnan(method.nearest_size(distances[:0], []))
     # Of equal distances the smaller size wins.
     assert method.nearest_size(np.array([np.nan, 0.2, 0.1, 0.1]), [0, 2, 3, 4]) == 3
 
@@ -84,9 +79,8 @@ def test_the_lag_tells_when_the_first_sensor_meets_the_nodule(shift):
     particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
     template = render(particle, 150, 1000)
     rolled = np.roll(template, shift, axis=1)
-    distances, _, lags = method.compare_templates(
-        rolled, [RepeatedParticle(0 * rolled + 0.2), RepeatedParticle(template)]
-    )
+    sought = [RepeatedParticle(each) for each in (0 * rolled + 0.2, template)]
+    distances, _, lags = method.compare_templates(rolled, sought)
     assert method.nearest_size(distances, [0, 2.5]) == 2.5
     # Without a shift, the first peak of a template lies in column u, counted from 1.
     assert method.first_peak_sample(lags[1], 150, 1000) == 149 + shift
