@@ -25,10 +25,9 @@ def by_site(sites):
     return pd.concat(made, ignore_index=True)
 
 
-def verdicts_of(sites, specificity, detector="diagonal"):
-    """Return the verdicts by the key of the site."""
+def verdict_of(sites, key, specificity, detector="diagonal"):
     verdicts = site_verdicts(by_site(sites), detector, specificity)
-    return dict(zip(sites, verdicts.to_dict("records"), strict=True))
+    return verdicts.iloc[[*sites].index(key)]
 
 
 def table_of(verdicts, sites, specificity):
@@ -71,7 +70,7 @@ NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
 def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many(
     sites, detector, specificity, key, threshold, detected
 ):
-    verdict = verdicts_of(sites, specificity, detector)[key]
+    verdict = verdict_of(sites, key, specificity, detector)
     assert verdict["detected"] is detected
     assert verdict["passes"] == sites[key]["score"].count()
     if verdict["passes"]:
@@ -81,15 +80,13 @@ def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many(
 
 def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
     told = [[3.0, UNKNOWN, 4.0], [5.0, UNKNOWN, 9.0], [2.0, UNKNOWN, 3.5], [3.5, UNKNOWN, 5.0]]
-    found = passes(3.0, 9.0, 0.0, 9.0, **dict(zip(OF_A_PASS[1:], told, strict=True)))
+    told = dict(zip(OF_A_PASS[1:], told, strict=True))
     # A site whose mean is below the threshold has neither.
-    for site, detected, expected in (
-        (found, True, [3.5, 7.0, 2.75, 4.25]),
-        (found.assign(score=found["score"] - 9), False, [UNKNOWN] * 4),
-    ):
-        verdict = verdicts_of(HEALTHY | {"n": site}, 0.5)["n"]
+    for lower, detected, expected in ((0, True, [3.5, 7.0, 2.75, 4.25]), (9, False, [UNKNOWN] * 4)):
+        site = passes(3.0, 9.0 - lower, -lower, 9.0 - lower, **told)
+        verdict = verdict_of(HEALTHY | {"n": site}, "n", 0.5)
         assert verdict["detected"] is detected
-        np.testing.assert_equal([verdict[name] for name in OF_A_PASS[1:]], expected)
+        np.testing.assert_equal(verdict[[*OF_A_PASS[1:]]].tolist(), expected)
 
 
 ONCE_OR_MORE = {"h1": passes(0.0, 0.0, 0.4, 9.0), "h2": passes(0.0, 0.3, 0.1)}
@@ -139,15 +136,13 @@ def test_sites_of_several_passes_are_listed_by_detector_and_label_and_say_which_
     # The unlabelled pass is none over the labelled site; what was passed once teaches.
     table = table_of(pd.concat(scored), sites, 0.6)
     assert list(table) == SITES
-    assert table["site"].tolist() == ["p", "q", "r"] * 2
-    assert table["detector"].tolist() == ["template"] * 3 + ["diagonal"] * 3
-    first, *_ = table.to_dict("records")
-    assert (first["size_mm"], first["recordings"], first["score"]) == (2.0, 2, 2.5)
-    assert (first["estimate_low_mm"], first["estimate_high_mm"]) == (1.5, 2.25)
     # The rule's own threshold is 0, the other is a healthy score.
-    assert table["threshold"].tolist() == [0.0] * 3 + [1.0] * 3
+    keys = [(name, site, at) for name, at in (("template", 0), ("diagonal", 1)) for site in "pqr"]
+    assert table[["detector", "site", "threshold"]].values.tolist() == [[*key] for key in keys]
+    assert table.iloc[0][["size_mm", "recordings", "score"]].tolist() == [2.0, 2, 2.5]
+    assert table.iloc[0][["estimate_low_mm", "estimate_high_mm"]].tolist() == [1.5, 2.25]
     assert table["familiar"].tolist() == ["no", "yes", ""] * 2
     strange = table[["unlike_recording", "unfamiliar_because"]].dropna().values.tolist()
     assert strange == [["2mm/b", "noise"]] * 2
-    assert [str(word) for word in table["verdict"][:2]] == [VerdictWord.UNLIKE, VerdictWord.NODULE]
+    assert table["verdict"].tolist()[:2] == [VerdictWord.UNLIKE, VerdictWord.NODULE]
     assert table_of(made.iloc[:0].assign(detector="", score=0.0), {}, 0.9).empty
