@@ -62,14 +62,11 @@ def ends_of(row, name):
 
 
 def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_places():
-    sizes, numbers = np.repeat([0.0, 1.0, 2.0], 12), np.random.default_rng(1)
+    sizes, numbers = np.repeat(SIZES_MM, 12), np.random.default_rng(1)
     predicted = np.where(numbers.random(36) < 0.7, sizes, 0.0)
-    columns = {
-        "score": predicted + numbers.normal(size=36),
-        "probability": np.where(predicted > 0, 0.9, 0.1),
-        "location_mm": sizes,
-        "estimate_mm": np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
-    }
+    columns = {"score": predicted + numbers.normal(size=36), "location_mm": sizes}
+    columns["probability"] = np.where(predicted > 0, 0.9, 0.1)
+    columns["estimate_mm"] = np.where(predicted > 0, columns["score"], UNKNOWN)
     each = product(["template", "diagonal"], ["leave_one_out", "held_out"])
     made = pd.concat(of(predicted, sizes, detector=d, scheme=s, **columns) for d, s in each)
     sites = range(36), [number // 3 for number in range(36)]
@@ -96,7 +93,7 @@ def test_tables_keep_the_order_of_detectors_schemes_and_names(turn):
     order = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
     made = pd.concat(of([0], [0], detector=d, scheme=s) for d in "ba" for s in order[::turn])
     keys = [tuple(key.values()) for key, _ in rates.of_each(made, 1.0)]
-    assert keys == [(name, scheme) for name in "ba" for scheme in order]
+    assert keys == [*product("ba", order)]
     # Verdicts stand by detector, then by name, then as they were made.
     names, schemes = ["0mm/b", "2mm/r9", "2mm/r10"], ["resubstitution", "leave_one_out"]
     made = pd.DataFrame(product("ba", names[::turn], schemes))
@@ -108,19 +105,18 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
     silent = of([0, UNKNOWN, 1, UNKNOWN, 2], estimate_mm=[0, 0, 1, 1, 2])
     both = each_of(silent, of([0, 0, 1, 1, 2], detector="other"))
     row = next(measures.summary("leave_one_out", both, RULES))
-    names = ("recordings", "accuracy", "sensitivity", "specificity")
-    assert [row[name] for name in names] == [5, 3 / 5, 2 / 3, 1 / 2]
     # It is neither a positive nor a negative one: none of the given verdicts was wrong.
-    assert (row["ppv"], row["npv"]) == (1.0, 1.0)
+    names = ("recordings", "accuracy", "sensitivity", "specificity", "ppv", "npv")
+    assert [row[name] for name in names] == [5, 3 / 5, 2 / 3, 1 / 2, 1, 1]
     made = compared(both, "recordings", "difference")
     assert (made["detection", ANY], made["detection", 0.0]) == ((3, 1 / 3), (2, 1 / 2))
     sized = sizing(both["one"])[ANY]
     names = ("exact_rate", "within_rate", "mean_absolute_error_mm", "recordings", "detected")
     assert [sized[name] for name in names] == pytest.approx([2 / 3, 2 / 3, 1 / 3, 3, 2])
     judged, rules = one(of([0, UNKNOWN, 1] * 2, [0] * 3 + [1] * 3)), RULES | {"sizes_mm": [0, 1]}
+    names = ("tp", "fp", "fn", "recall", "precision")
     for row in rates.detection(judged, rules):
-        assert (row["tp"], row["fp"], row["fn"]) == (1, 1, 2)
-        assert (row["recall"], row["precision"]) == (1 / 3, 1 / 2)
+        assert [row[name] for name in names] == [1, 1, 2, 1 / 3, 1 / 2]
     counts = [(row["predicted_mm"], row["count"]) for row in rates.confusion(judged, rules)]
     np.testing.assert_equal(counts, [(0, 1), (1, 1), (UNKNOWN, 1)] * 2)
     assert judged["right"].tolist() == [True, False, False, False, False, True]
@@ -128,7 +124,6 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
 
 def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_them_out():
     for scheme, setups, unit in (
-        ("held_out", "aabbcc", "setup"),
         ("leave_one_session_out", "aabbcc", "setup"),
         ("leave_one_out", "aabbcc", "place"),
         ("resubstitution", "aabbcc", "place"),
@@ -156,17 +151,14 @@ def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
 
 
 def test_what_people_wrote_stays_as_they_wrote_it(tmp_path):
-    path, sites = tmp_path / "sites.csv", ["01", "NA", "nan", "1e3", None]
-    pairs = zip(sites, [1.5, None, UNKNOWN, -1.0, -1.0], strict=True)
-    usual = {"recordings": 2, "detected": True}
-    rows = [{"site": site, "score": score} | usual for site, score in pairs]
-    write_csv(path, list(rows[0]), rows)
+    path = tmp_path / "sites.csv"
+    sites = [("01", 1.5), ("NA", None), ("nan", UNKNOWN), ("1e3", -1.0), (None, -1.0)]
+    names, usual = ["site", "score", "recordings", "detected"], [2, True]
+    write_csv(path, names, [dict(zip(names, [*each, *usual], strict=True)) for each in sites])
     read = read_table(path)
-    assert read["site"].iloc[:4].tolist() == ["01", "NA", "nan", "1e3"]
-    assert read["site"].isna().tolist() == [False] * 4 + [True]
+    assert read["site"].fillna("no site").tolist() == ["01", "NA", "nan", "1e3", "no site"]
     np.testing.assert_array_equal(read["score"], [1.5, np.nan, np.nan, -1.0, -1.0])
-    assert read["recordings"].dtype.kind == "i"
-    assert read["detected"].dtype.kind == "b"
+    assert [read[name].dtype.kind for name in names[2:]] == ["i", "b"]
 
 
 # Summary.
@@ -176,14 +168,13 @@ def test_the_summary_compares_balanced_accuracies_by_zou_and_donner_with_always_
     both = of([0] * 7 + [1] * 11 + [0] * 4, [0.0] * 10 + [1.0] * 12), of([0, 2], [0.0, 2.0])
     judged = each_of(both[0], both[1].assign(detector="other"))
     one, _, other, _, always = measures.summary("leave_one_out", judged, RULES)
-    value, *ends = ends_of(one, "balanced_accuracy")
     shares = np.array([rate(7, 10, 0.95), rate(8, 12, 0.95)])
-    assert value == pytest.approx(shares[:, 0].mean())
     reach = np.hypot(*(shares[:, :1] - shares[:, 1:])) / 2
-    assert ends == pytest.approx(value + reach * [-1, 1])
+    expected = shares[:, 0].mean() + np.array([0, -reach[0], reach[1]])
+    assert ends_of(one, "balanced_accuracy") == pytest.approx(expected)
     assert other["balanced_accuracy"] == other["balanced_accuracy_high"] == 1.0
-    assert always["detector"] == "always_nodule"
-    assert (always["sensitivity"], always["balanced_accuracy"]) == (1.0, 0.5)
+    names = ("detector", "sensitivity", "balanced_accuracy")
+    assert [always[name] for name in names] == ["always_nodule", 1.0, 0.5]
 
 
 def worth_of(counts, passes):
@@ -202,23 +193,21 @@ def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet
     row = summary(judged, RULES | {"prevalence": 0.1})[ANY]
     ratios = (hits, 100, 100 - quiet, 100), (quiet, 100, 100 - hits, 100)
     for name, counts, odds in zip(("ppv", "npv"), ratios, (1 / 9, 9), strict=True):
-        value, low, high = ends_of(row, name)
-        if counts[0] + counts[2] == 0:
-            assert math.isnan(value)
+        right, wrong = counts[0] * odds, counts[2]
+        if right + wrong == 0:
+            assert math.isnan(row[name])
             continue
-        right = counts[0] * odds
-        assert value == pytest.approx(right / (right + counts[2]))
-        assert low <= value <= high
         least, most = ratio_interval(*worth_of(counts, passes), 0.95)
-        expected = least * odds / (1 + least * odds), 1 / (1 + 1 / (most * odds))
-        assert (low, high) == pytest.approx(expected)
+        ends = least * odds / (1 + least * odds), 1 / (1 + 1 / (most * odds))
+        value, low, high = ends_of(row, name)
+        assert low <= value <= high
+        assert (value, low, high) == pytest.approx((right / (right + wrong), *ends))
 
 
 def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
     # The healthy recording with 3 has no verdict, so the nodules lie above what is left.
     judged = one(of([0, UNKNOWN, 1, 1, 2], score=[0.0, 3.0, 1.0, UNKNOWN, 2.0]))
-    area = {size_mm: row["auc"] for size_mm, row in summary(judged).items()}
-    assert area == {ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
+    assert [row["auc"] for row in summary(judged).values()] == [1.0] * 3
     judged = one(of([0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
     assert summary(judged)[ANY]["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
     curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is ANY]
@@ -237,9 +226,9 @@ def test_a_size_is_within_the_tolerance_if_a_nodule_is_found():
     rows = [(1.0, 0.0, 1.0, 0), (1.0, 2.0, 1.0, 1), (2.5, 2.3, 0.2, 1), (2.0, 4.0, 1.0, 0)]
     for true, predicted, tolerance_mm, within in rows:
         made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
-        assert (made["within"], made["exact"]) == (within, 0)
         # A missed nodule counts as 0 mm.
-        assert made["mean_absolute_error_mm"] == pytest.approx(abs(true - predicted))
+        found = made["within"], made["exact"], made["mean_absolute_error_mm"]
+        assert found == pytest.approx((within, 0, abs(true - predicted)))
 
 
 def test_errors_of_size_and_location_are_signed_and_count_what_was_found_and_is_known():
@@ -273,10 +262,8 @@ def test_calibration_and_brier_score_are_those_of_scikit_learn(seed):
     numbers = np.random.default_rng(seed)
     nodule, chance = numbers.random(60) < 0.6, numbers.random(60)
     whole, *made = calibration(chance, nodule, prevalence=nodule.mean(), calibration_bins=5)
-    rows = [row for row in made if row["recordings"]]
-    observed, stated = calibration_curve(nodule, chance, n_bins=5)
-    assert [row["observed"] for row in rows] == pytest.approx(observed)
-    assert [row["stated"] for row in rows] == pytest.approx(stated)
+    rows = [(row["observed"], row["stated"]) for row in made if row["recordings"]]
+    np.testing.assert_allclose(np.transpose(rows), calibration_curve(nodule, chance, n_bins=5))
     assert whole["brier"] == pytest.approx(brier_score_loss(nodule, chance))
     weights = measures.prevalence_weights(nodule, 0.1, np.ones(60))
     expected = brier_score_loss(nodule, chance, sample_weight=weights)
@@ -300,9 +287,8 @@ def test_a_bin_holds_its_lower_edge_and_a_few_nodules_in_it_do_not_prove_certain
     # One edge lies in each bin, and two in the last.
     assert made["recordings"].tolist() == made["clusters"].tolist() == [1] * 4 + [2]
     assert made["stated"].tolist()[:-1] == pytest.approx(edges[:-2])
-    probability = np.array([0.1] * 20 + [0.9] * 5)
-    of_bins = calibration(probability, probability > 0.5, prevalence=0.1, calibration_bins=3)
-    _, low, empty, high = of_bins
+    sure = np.array([0.1] * 20 + [0.9] * 5)
+    _, low, empty, high = calibration(sure, sure > 0.5, prevalence=0.1, calibration_bins=3)
     assert (low["observed"], high["observed"]) == (0.0, 1.0)
     assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
     assert empty["recordings"] == 0 and np.isnan(empty["observed"])
@@ -325,11 +311,8 @@ def test_passes_of_one_site_with_different_labels_are_not_merged():
     # Site "p" was passed twice without a nodule, and twice after one was set in.
     sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
     made = of(predicted, sizes, detector="diagonal")
-    judged = one(made, site=["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2)
-    names = ("passes", "size_mm", "sites", "detected")
-    rows = measures.retests("leave_one_out", {"diagonal": judged}, RULES)
+    rows = measures.retests("leave_one_out", {"diagonal": one(made, site="ppppqqrrss")}, RULES)
+    found = [[row[name] for name in ("passes", "size_mm", "sites", "detected")] for row in rows]
     # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
-    assert {tuple(row[each] for each in names) for row in rows} == {
-        each for n in (1, 2) for each in ((n, 0.0, 4, 0.25), (n, 2.0, 1, 1.0))
-    }
+    assert found == [[n, *each] for n in (1, 2) for each in ((0.0, 4, 0.25), (2.0, 1, 1.0))]
     assert not list(measures.retests("leave_one_out", each_of(made), RULES))
