@@ -24,19 +24,14 @@ LEVEL = st.sampled_from([0.5, 0.68, 0.9, 0.95, 0.999])
 COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 
 
-def places_of(number, passes):
+def places_of(number, passes=1):
     """Return the units of so many places, each of as many passes."""
     return Units.of_places(np.repeat(np.arange(number), passes))
 
 
-def alone(number):
-    """Return the units of so many single recordings."""
-    return places_of(number, 1)
-
-
 def both_alone(healthy, nodules):
     """Return the units of single recordings of both kinds."""
-    return alone(healthy), Units(np.ones(nodules), healthy + np.arange(nodules))
+    return places_of(healthy), Units(np.ones(nodules), healthy + np.arange(nodules))
 
 
 # Of single recordings, against the libraries.
@@ -55,7 +50,7 @@ def test_a_rate_has_wilsons_interval(counts, level):
 def test_a_mean_has_students_interval_and_a_median_the_binomials_ranks(values, level, passes):
     every = np.arange(values, dtype=float)
     # One of several passes over each place; kills an effective number that rounding moves.
-    units = intervals.Units(np.full(values, 1 / passes), np.arange(values))
+    units = Units(np.full(values, 1 / passes), np.arange(values))
     median, *ends = intervals.median_interval(every, units, level)
     skipped = binom.ppf((1 - level) / 2, values, 0.5)
     assert median == (values - 1) / 2
@@ -67,18 +62,17 @@ def test_a_mean_has_students_interval_and_a_median_the_binomials_ranks(values, l
         assert ends == pytest.approx(expected)
     assert np.isnan(ends).all() == (values == 1)
     for interval in (intervals.mean_interval, intervals.median_interval):
-        assert np.isnan(interval(every[:0], alone(0), level)).all()
+        assert np.isnan(interval(every[:0], places_of(0), level)).all()
 
 
 # Kills: the normal quantile for a mean of few places, some of whose passes have no value.
 def test_the_mean_of_places_of_unequal_weights_has_students_interval():
     weights, values = np.array([1, 0.5, 1, 0.5]), np.array([2.0, 3.0, 5.0, 1.0])
-    mean = (2.0 + 0.5 * 3.0 + 5.0 + 0.5 * 1.0) / 3
+    mean, worth = (2.0 + 0.5 * 3.0 + 5.0 + 0.5 * 1.0) / 3, 3**2 / 2.5
     scatter = sum(weights * (values - mean) ** 2) / (3 - 2.5 / 3)
-    worth = 3**2 / 2.5
-    expected = t.interval(0.95, worth - 1, mean, (scatter / worth) ** 0.5)
-    units = intervals.Units(weights, np.arange(4))
-    assert intervals.mean_interval(values, units, 0.95) == pytest.approx((mean, *expected))
+    expected = mean, *t.interval(0.95, worth - 1, mean, (scatter / worth) ** 0.5)
+    found = intervals.mean_interval(values, Units(weights, np.arange(4)), 0.95)
+    assert found == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -97,8 +91,7 @@ def test_the_interval_of_a_ratio_is_koopmans(counts):
     wider = intervals.ratio_interval(*np.array(counts) / 3, 0.95)
     assert wider[0] <= low and wider[1] >= high
     # It is unknown if both rates are 0, or a count is unknown.
-    hits, of, *_ = counts
-    for unknown in ((0, of, 0, 8), (hits, math.nan, 9, 20), (hits, of, 9, math.nan)):
+    for unknown in ((0, 9, 0, 8), (5, math.nan, 9, 20), (5, 6, 9, math.nan)):
         assert all(map(math.isnan, intervals.ratio_interval(*unknown, 0.95)))
     low, high = intervals.ratio_interval(20, 20, 20, 20, 0.95)
     assert low < 1 < high == pytest.approx(1 / low)
@@ -110,7 +103,7 @@ def test_the_curve_its_area_and_the_sign_test(seed):
     nodule = numbers.random(60) < 0.6
     scores = np.round(numbers.normal(nodule * 1.5, 1.0), 1)
     kinds = scores[~nodule], scores[nodule]
-    weights = tuple(np.ones(each.size) for each in kinds)
+    weights = (*map(np.ones_like, kinds),)
     assert auc(*kinds, weights) == pytest.approx(roc_auc_score(nodule, scores))
     allowed = np.arange(kinds[0].size + 1) / kinds[0].size
     false_positive, true_positive, _ = roc_curve(nodule, scores, drop_intermediate=False)
@@ -122,9 +115,9 @@ def test_the_curve_its_area_and_the_sign_test(seed):
     first, second = numbers.random(50) < 0.6, numbers.random(50) < 0.8
     table = [[np.sum(a & b) for b in (second, ~second)] for a in (first, ~first)]
     expected = mcnemar(table, exact=True).pvalue
-    assert sign_test(first, second, alone(50)) == pytest.approx(expected)
-    assert sign_test(first, first, alone(50)) == 1.0
-    assert math.isnan(sign_test(first[:0], first[:0], alone(0)))
+    assert sign_test(first, second, places_of(50)) == pytest.approx(expected)
+    assert sign_test(first, first, places_of(50)) == 1.0
+    assert math.isnan(sign_test(first[:0], first[:0], places_of(0)))
 
 
 def assert_newcombe(area, ends, m, n, confidence=0.95):
@@ -163,11 +156,10 @@ def test_the_fewest_recordings_whose_interval_is_narrow_enough_are_needed(expect
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
     # Of 20 healthy recordings the threshold is the highest score.
-    for healthy, rank in ((20, 20), (39, 38), (100, 96), (1, 1)):
-        expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
-        assert intervals.new_specificity(healthy, 0.95) == pytest.approx(expected)
     # No rank is below that of the lowest score.
-    assert intervals.new_specificity(9, 0.0) == pytest.approx(beta.ppf([0.05, 0.95], 1, 9))
+    for healthy, wanted, rank in ((20, 0.95, 20), (39, 0.95, 38), (1, 0.95, 1), (9, 0.0, 1)):
+        expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
+        assert intervals.new_specificity(healthy, wanted) == pytest.approx(expected)
     assert all(map(math.isnan, intervals.new_specificity(0, 0.95)))
 
 
@@ -196,7 +188,7 @@ def test_the_effective_count_is_that_of_rao_and_scott_and_never_above_n(found):
     size = effective_count(right * 2.0, places, 0.95, variance=4 * p * (1 - p))
     assert size == pytest.approx(expected)
     # Two single recordings have an interval, and two clusters of several have none.
-    assert rate_of(np.ones(2), alone(2), 0.95) == rate(2, 2, 0.95)
+    assert rate_of(np.ones(2), places_of(2), 0.95) == rate(2, 2, 0.95)
     pair = np.ones(4), places_of(2, 2)
     assert np.isnan([*rate_of(*pair, 0.95)[1:], intervals.lower_bound(*pair)]).all()
 
@@ -213,11 +205,10 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     assert low == ordered[math.floor(40 * least) - 1]
     assert high == ordered[math.ceil(40 * most)]
     # Between all values of 5 places, the median lies with a probability of 15 / 16: below 95 %.
-    for places in (3, 4, 5, 6, 7):
-        some = values[: 4 * places], places_of(places, 4)
-        assert np.isfinite(intervals.median_interval(*some, 0.95)[1]) == (places > 5)
     # Kills: the last value for both ends, where two places have no effective number.
-    assert np.isnan(intervals.median_interval(values[:8], places_of(2, 4), 0.5)[1:]).all()
+    for places, level in ((2, 0.5), (3, 0.95), (5, 0.95), (6, 0.95)):
+        some = values[: 4 * places], places_of(places, 4)
+        assert np.isfinite(intervals.median_interval(*some, level)[1:]).all() == (places > 5)
 
 
 @pytest.mark.parametrize(
@@ -225,8 +216,8 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     [
         ([-1, 1, 1, 0, 1, 0, 0], 1),
         ([1, 1, 0, 0, 1, 1, 0, 0, -1, -1], 2),
-        ([1, 1, 1], 1),
-        ([-1, -1, -1], 1),
+        ([1] * 3, 1),
+        ([-1] * 3, 1),
     ],
 )
 def test_a_gain_has_bonett_and_prices_interval_of_as_many_as_recordings_are_worth(gains, passes):
@@ -246,7 +237,7 @@ def test_a_gain_has_bonett_and_prices_interval_of_as_many_as_recordings_are_wort
     before[0] = after[-1] = np.nan
     known = intervals.gain_interval(before, after, units, 0.95)
     assert known[0] == pytest.approx(gains[1:-1].mean())
-    assert np.isnan(intervals.gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
+    assert np.isnan(intervals.gain_interval(before[:1], after[:1], places_of(1), 0.95)).all()
 
 
 def test_each_place_weighs_the_same_in_every_measure():
@@ -266,17 +257,14 @@ def test_each_place_weighs_the_same_in_every_measure():
         expected = height_at(*single, grid, equal)
         np.testing.assert_allclose(height_at(*passes, grid, weights), expected)
     # Ten passes over one place are won once.
-    first, second = (np.array(each) for each in ([1, 1] + [0] * 10, [0, 0] + [1] * 10))
-    assert sign_test(first > 0, second > 0, Units.of_places(1 - first)) == 1.0
-
-
-# Kills: ends that follow from the order of equal values, whose weights differ.
-def test_the_median_does_not_depend_on_the_order_of_the_recordings():
-    values, places = np.ones(8), np.array([0, 1, 2, 2, 2, 2, 3, 4])
-    values[4] = 0.0
-    order = np.array([3, 5, 6, 0, 1, 4, 7, 2])
-    there = intervals.median_interval(values, Units.of_places(places), 0.95)
-    again = intervals.median_interval(values[order], Units.of_places(places[order]), 0.95)
+    first = np.arange(12) < 2
+    assert sign_test(first, ~first, Units.of_places(~first * 1)) == 1.0
+    # Kills: ends of a median that follow from the order of equal values, whose weights differ.
+    values, places = np.array([1, 1, 1, 1, 0, 1, 1, 1.0]), np.array([0, 1, 2, 2, 2, 2, 3, 4])
+    there, again = (
+        intervals.median_interval(values[order], Units.of_places(places[order]), 0.95)
+        for order in (np.arange(8), np.array([3, 5, 6, 0, 1, 4, 7, 2]))
+    )
     assert there == again
 
 
@@ -293,9 +281,8 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     alone = below.var(ddof=1) / 18 + above.var(ddof=1) / 10
     sums = math.sqrt(6 / 5) * np.bincount(of_healthy, below - below.mean(), 11) / 18
     sums += math.sqrt(5 / 4) * np.bincount(of_nodule, above - below.mean(), 11) / 10
-    clustered = sums @ sums
     student = intervals.student_factor(5, 0.95)
-    factor = student / max(clustered / alone, 1.0)
+    factor = student / max(sums @ sums / alone, 1.0)
     units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
     area, *ends = intervals.auc_interval(healthy, nodule, units, 0.95)
     assert area == pytest.approx(below.mean())
@@ -329,8 +316,7 @@ def test_every_interval_holds_its_value(values, others, clustered, level):
     area = intervals.auc_interval(shares, scores, (units, both), level)
     of_one = rate_of, intervals.mean_interval, intervals.median_interval
     made = [area, *(interval(shares, units, level) for interval in of_one)]
-    for gains in ((0 * shares, shares), (shares, 0 * shares)):
-        made.append(intervals.gain_interval(*gains, units, level))
+    made += [intervals.gain_interval(0 * shares, each, units, level) for each in (shares, -shares)]
     for value, low, high in made:
         assert math.isnan(low) == math.isnan(high)
         assert math.isnan(low) or low <= value <= high
