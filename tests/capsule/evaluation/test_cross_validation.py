@@ -54,8 +54,8 @@ def by_scheme(rows, **changes):
     ],
 )
 def test_groups_are_left_out_if_three_leave_enough_to_teach(key, healthy, nodules, folds):
-    rows = {f"0mm/r{number}": row(**{key: name}) for number, name in enumerate(healthy)}
-    rows |= {f"2mm/r{number}": row(**{key: name}) for number, name in enumerate(nodules)}
+    of_both = ("0mm", healthy), ("2mm", nodules)
+    rows = {f"{size}/r{n}": row(**{key: of[n]}) for size, of in of_both for n in range(len(of))}
     found = by_scheme(rows).get(f"leave_one_{key}_out", [])
     assert len(found) == folds
     for judged, left_out in found:
@@ -129,17 +129,17 @@ def test_places_of_one_size_are_left_out_together_if_there_are_more_than_the_fol
 def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place():
     rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
     rows["unlabelled/r"] = row(near_copies="0mm/a")
-    asked = SimpleNamespace(rows=lambda judged, left_out: [(set(left_out), judged)])
+    asked = SimpleNamespace(rows=lambda judged, left_out: [(judged, set(left_out))])
     judged = cross_validation.judge_unlabelled(asked, [*rows][2:], rows, ["0mm/h"])
     left_out = {"p": {"0mm/h", "2mm/b"}, "q": {"0mm/h"}, "r": {"0mm/h", "0mm/a"}}
-    assert judged == [(names, [f"unlabelled/{name}"]) for name, names in left_out.items()]
+    assert judged == [([f"unlabelled/{name}"], names) for name, names in left_out.items()]
 
 
 def test_held_out_rates_come_first_but_choose_nothing():
-    for schemes, main, choosing in (
-        ([RESUBSTITUTION, LEAVE_ONE_OUT, HELD_OUT], HELD_OUT, LEAVE_ONE_OUT),
-        ([HELD_OUT, RESUBSTITUTION], HELD_OUT, RESUBSTITUTION),
-        ([RESUBSTITUTION], RESUBSTITUTION, RESUBSTITUTION),
+    for *schemes, main, choosing in (
+        (RESUBSTITUTION, LEAVE_ONE_OUT, HELD_OUT, HELD_OUT, LEAVE_ONE_OUT),
+        (HELD_OUT, RESUBSTITUTION, HELD_OUT, RESUBSTITUTION),
+        (RESUBSTITUTION, RESUBSTITUTION, RESUBSTITUTION),
     ):
         assert cross_validation.main_scheme(schemes) == main
         assert cross_validation.choosing_scheme(schemes) == choosing
@@ -156,8 +156,8 @@ def archive():
     bump = np.repeat([[0.0] * 100 + [1.0] * 50 + [0.0] * 150], 2, axis=0)
     # No fold changes these templates: what it does to them is tested for all detectors.
     templates = TemplateSet((0.0, 2.0), (None, None), (0 * bump, bump), 50)
-    numbers = {name: [float(place)] * 4 for place, name in enumerate(SIZES_MM)}
-    passages = {name: Passage(*each, 10, 200, 130, 1, 1, 1) for name, each in numbers.items()}
+    usual = 10, 200, 130, 1, 1, 1
+    passages = {name: Passage(n, n, n, n, *usual) for n, name in enumerate(SIZES_MM)}
     traits = dict.fromkeys(SIZES_MM, WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1))
     matrices = {name: bump * (size > 0) for name, size in SIZES_MM.items()}
     recordings = recordings_of(passages, traits=traits, matrices=matrices)
@@ -170,34 +170,30 @@ def test_every_detector_has_a_row_in_the_order_of_the_configuration(archive):
     order = [(row["recording"], row["detector"]) for row in rows]
     assert order == [*product(["0mm/a", "2mm/b"], SETTINGS["detectors"])]
     assert all(row.keys() == {"recording", "detector", *detectors.columns} for row in rows)
-    assert [row["predicted_mm"] for row in rows[2:]] == [2.0] * 2
-    # 200 samples at 10 Hz.
-    assert rows[2]["location_s"] == 20.0
-    # Only detectors by templates have distances to them.
     by_diagonal, by_rule = rows[2:]
-    assert (by_diagonal["rmse_0mm"], by_diagonal["rmse_2mm"]) == (None, None)
-    assert by_rule["rmse_2mm"] < by_rule["rmse_0mm"]
+    # 200 samples at 10 Hz. Only detectors by templates have distances to them.
+    names = ("predicted_mm", "location_s", "rmse_0mm", "rmse_2mm")
+    assert [by_diagonal[name] for name in names] == [2.0, 20.0, None, None]
+    assert by_rule["predicted_mm"] == 2.0 and by_rule["rmse_2mm"] < by_rule["rmse_0mm"]
 
 
 def test_what_is_left_out_or_has_no_verdict_teaches_nothing(archive):
     detectors = Detectors(archive)
     silent = Detectors(replace(archive, no_verdict={"0mm/c": "no wave on sensor_1"}))
     for each in silent.rows(["0mm/c"], []):
-        assert each["no_verdict"] == "no wave on sensor_1"
         assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()
         # Nobody tells of a recording that no detector judges.
-        names = ("rmse_0mm", "rmse_2mm", "familiar", "unfamiliar_because")
-        assert [each[name] for name in names] == [None, None, "", ""]
+        names = ("no_verdict", "rmse_0mm", "rmse_2mm", "familiar", "unfamiliar_because")
+        assert [each[name] for name in names] == ["no wave on sensor_1", None, None, "", ""]
     without = list(detectors.rows(["2mm/a"], ["0mm/c"]))
     assert str(list(silent.rows(["2mm/a"], []))) == str(without)
     (with_all, _), (by_threshold, _) = detectors.rows(["2mm/a"], []), without
     assert by_threshold["threshold"] < with_all["threshold"]
-    # What is familiar is taught by the same recordings.
+    # What is familiar is taught by the same recordings, and they teach what is handed on.
     assert (by_threshold["unfamiliar_because"], by_threshold["unlike_value"]) == (TOO_FEW, 4.0)
-    # What is handed on is what the recordings that teach have taught.
     stored = silent.stored()
-    assert stored["recordings"] == len(SIZES_MM) - 1
-    assert stored["diagonal"]["threshold"] == by_threshold["threshold"]
+    handed_on = stored["recordings"], stored["diagonal"]["threshold"]
+    assert handed_on == (len(SIZES_MM) - 1, by_threshold["threshold"])
 
 
 def test_each_fold_is_judged_once_by_the_others_and_listed_by_detector_scheme_and_fold():
@@ -218,11 +214,9 @@ def test_each_fold_is_judged_once_by_the_others_and_listed_by_detector_scheme_an
     order = [("0mm/a",), ("0mm/b", "2mm/b"), ("0mm/c",), ("2mm/a",)]
     assert judged == [*((names, set(names)) for names in order), (tuple(SIZES_MM), set())]
     turns = [(name, turn) for turn, names in enumerate(order, start=1) for name in names]
-    by_scheme = {LEAVE_ONE_OUT: turns, RESUBSTITUTION: [(name, 5) for name in SIZES_MM]}
-    assert [(row["detector"], row["scheme"], row["recording"], row["fold"]) for row in made] == [
-        (each, scheme, *turn)
-        for each in "ba"
-        for scheme, of_scheme in (by_scheme | {"again": turns}).items()
-        for turn in of_scheme
-    ]
-    assert all(row["size_mm"] == SIZES_MM[row["recording"]] for row in made)
+    of_scheme = [(LEAVE_ONE_OUT, *turn) for turn in turns]
+    of_scheme += [(RESUBSTITUTION, name, 5) for name in SIZES_MM]
+    of_scheme += [("again", *turn) for turn in turns]
+    names = ("detector", "scheme", "recording", "fold", "size_mm")
+    found = [tuple(row[name] for name in names) for row in made]
+    assert found == [(each, *of, SIZES_MM[of[1]]) for each in "ba" for of in of_scheme]
