@@ -54,12 +54,8 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
         assert (alarms.hits, alarms.of) == (3, 20)
         assert (alarms.value, alarms.low, alarms.high) == pytest.approx(rate(3, 20, level))
     # One that detects nothing, or everything, still says how often that is right.
-    of_both = predictive_values(0.8, 17 / 20, 0.1)
-    for alarms, hits, expected in (
-        (3, 8, of_both),
-        (0, 0, (UNKNOWN, 0.9)),
-        (20, 10, (0.1, UNKNOWN)),
-    ):
+    measured = 3, 8, predictive_values(0.8, 17 / 20, 0.1)
+    for alarms, hits, expected in (measured, (0, 0, (UNKNOWN, 0.9)), (20, 10, (0.1, UNKNOWN))):
         meaning = answers_of(rates_of(evaluated(verdicts(20, alarms, 10, hits))), *OF_RULE).meaning
         assert [each.value for each in meaning] == pytest.approx(expected, nan_ok=True)
 
@@ -104,22 +100,19 @@ def test_a_share_in_100_reaches_neither_end_by_rounding():
         assert Estimate(share, 0.0, 0.004).in_hundred() == (text, "0 to 0.4")
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "advice"),
-    [
+def test_the_gain_since_half_of_the_recordings_gives_the_advice():
+    ends = {"size_from_mm": [0.0, 1.0, 2.0, 2.0, 5.0], "size_to_mm": [0.0, 1.0, 5.0, 2.0, 5.0]}
+    shown = "specificity 60 % and 70 %, found at 1 mm 60 % and 70 %, found from 2 mm on 60 % and 70"
+    for low, high, advice in (
         (0.01, 0.2, "more recordings are likely to help"),
         (0.0, 0.05, "this can be chance; too few recordings to tell"),
         (-0.2, 0.04, "more recordings are not likely to help"),
-    ],
-)
-def test_the_gain_since_half_of_the_recordings_gives_the_advice(low, high, advice):
-    ends = {"size_from_mm": [0.0, 1.0, 2.0, 2.0, 5.0], "size_to_mm": [0.0, 1.0, 5.0, 2.0, 5.0]}
-    gain = {"gain": 0.1, "gain_low": low, "gain_high": high}
-    half = pd.DataFrame(ends).assign(detector="diagonal", share=0.5, rate=0.6, **gain)
-    rows = pd.concat([half, half.assign(share=1.0, rate=0.7, gain=UNKNOWN)])
-    shown = "specificity 60 % and 70 %, found at 1 mm 60 % and 70 %, found from 2 mm on 60 % and 70"
-    assert told.learning_sentence(rows, "diagonal").endswith(f"{shown} %: {advice}.")
-    assert told.learning_sentence(rows, "taught") == ""
+    ):
+        gain = {"gain": 0.1, "gain_low": low, "gain_high": high}
+        half = pd.DataFrame(ends).assign(detector="diagonal", share=0.5, rate=0.6, **gain)
+        rows = pd.concat([half, half.assign(share=1.0, rate=0.7, gain=UNKNOWN)])
+        assert told.learning_sentence(rows, "diagonal").endswith(f"{shown} %: {advice}.")
+        assert told.learning_sentence(rows, "taught") == ""
 
 
 # Kills: the recordings at hand added to those that are needed, and a size that needs none.
@@ -247,11 +240,8 @@ def test_scores_are_compared_with_the_threshold_of_their_fold_and_held_out_ones_
 
 
 def test_the_choice_of_the_best_is_paid_for_where_it_was_made():
-    for named, scheme, compared, level in (
-        (False, "leave_one_out", 4, 0.9875),
-        (False, "held_out", 4, 0.95),
-        (True, "leave_one_out", 4, 0.95),
-        (False, "leave_one_out", 0, 0.95),
-    ):
+    chosen = (False, "leave_one_out", 4, 0.9875), (False, "held_out", 4, 0.95)
+    given = (True, "leave_one_out", 4, 0.95), (False, "leave_one_out", 0, 0.95)
+    for named, scheme, compared, level in chosen + given:
         lead = Lead("diagonal", named, 0.7, compared)
         assert headline_confidence(lead, scheme, 0.95) == pytest.approx(level)

@@ -301,25 +301,3 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     passes = np.repeat(np.arange(6), [3, 7, 1, 6, 5, 3]), 7 + np.repeat(range(5), [7, 3, 6, 7, 1])
     drawn = numbers.normal(size=25), 99 + numbers.normal(size=24)
     assert intervals.auc_interval(*drawn, [*map(Units.of_places, passes)], 0.95) == (1.0, *ends)
-
-
-DRAWN = st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6))
-CLUSTERED = st.lists(DRAWN, min_size=1, max_size=40)
-
-
-@given(CLUSTERED, CLUSTERED, st.booleans(), LEVEL)
-def test_every_interval_holds_its_value(values, others, clustered, level):
-    (shares, clusters), (scores, more) = (np.array(each).T for each in (values, others))
-    units, both = (Units.of_places(each.astype(int)) for each in (clusters, more))
-    if not clustered:
-        units, both = both_alone(shares.size, scores.size)
-    area = intervals.auc_interval(shares, scores, (units, both), level)
-    of_one = rate_of, intervals.mean_interval, intervals.median_interval
-    made = [area, *(interval(shares, units, level) for interval in of_one)]
-    made += [intervals.gain_interval(0 * shares, each, units, level) for each in (shares, -shares)]
-    for value, low, high in made:
-        assert math.isnan(low) == math.isnan(high)
-        assert math.isnan(low) or low <= value <= high
-    assert clustered or 0 <= area[1] < area[2] <= 1
-    bound = intervals.lower_bound(shares, units)
-    assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)

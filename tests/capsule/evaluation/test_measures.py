@@ -48,12 +48,6 @@ def sizing(judged, **rules):
     return {row["size_mm"]: row for row in rates.sizing(judged, RULES | rules)}
 
 
-def compared(both, *columns):
-    """Return columns of the comparison of two detectors, by measure and size."""
-    rows = measures.comparisons("leave_one_out", both, RULES)
-    return {(row["measure"], row["size_mm"]): tuple(row[each] for each in columns) for row in rows}
-
-
 def ends_of(row, name):
     return [row[f"{name}{end}"] for end in ("", "_low", "_high")]
 
@@ -108,8 +102,9 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
     # It is neither a positive nor a negative one: none of the given verdicts was wrong.
     names = ("recordings", "accuracy", "sensitivity", "specificity", "ppv", "npv")
     assert [row[name] for name in names] == [5, 3 / 5, 2 / 3, 1 / 2, 1, 1]
-    made = compared(both, "recordings", "difference")
-    assert (made["detection", ANY], made["detection", 0.0]) == ((3, 1 / 3), (2, 1 / 2))
+    of_any, of_none, *_ = measures.comparisons("leave_one_out", both, RULES)
+    assert (of_any["recordings"], of_any["difference"]) == (3, 1 / 3)
+    assert (of_none["recordings"], of_none["difference"]) == (2, 1 / 2)
     sized = sizing(both["one"])[ANY]
     names = ("exact_rate", "within_rate", "mean_absolute_error_mm", "recordings", "detected")
     assert [sized[name] for name in names] == pytest.approx([2 / 3, 2 / 3, 1 / 3, 3, 2])
@@ -177,13 +172,6 @@ def test_the_summary_compares_balanced_accuracies_by_zou_and_donner_with_always_
     assert [always[name] for name in names] == ["always_nodule", 1.0, 0.5]
 
 
-def worth_of(counts, passes):
-    """Return hits and numbers of two rates as what their recordings tell, in places of passes."""
-    units = Units.of_places(np.arange(100) // passes)
-    sizes = [effective_count(np.arange(100) < hits, units, 0.95) for hits in counts[::2]]
-    return [n * size / 100 for n, size in zip(counts, np.repeat(sizes, 2), strict=True)]
-
-
 @pytest.mark.parametrize("hits, quiet", [(90, 80), (100, 100), (0, 80), (60, 0)])
 @pytest.mark.parametrize("passes", [1, 4])
 def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet, passes):
@@ -191,13 +179,19 @@ def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet
     made = of(predicted, [0.0] * 100 + [1.0] * 100)
     judged = one(made, site=[n // passes for n in range(200)])
     row = summary(judged, RULES | {"prevalence": 0.1})[ANY]
-    ratios = (hits, 100, 100 - quiet, 100), (quiet, 100, 100 - hits, 100)
-    for name, counts, odds in zip(("ppv", "npv"), ratios, (1 / 9, 9), strict=True):
-        right, wrong = counts[0] * odds, counts[2]
+    turn, units = np.arange(100), Units.of_places(np.arange(100) // passes)
+    for name, of_right, wrong, odds in (
+        ("ppv", hits, 100 - quiet, 1 / 9),
+        ("npv", quiet, 100 - hits, 9),
+    ):
+        right = of_right * odds
         if right + wrong == 0:
             assert math.isnan(row[name])
             continue
-        least, most = ratio_interval(*worth_of(counts, passes), 0.95)
+        # What the recordings of these places are worth.
+        worth = [effective_count(turn < each, units, 0.95) for each in (of_right, wrong)]
+        counts = of_right * worth[0] / 100, worth[0], wrong * worth[1] / 100, worth[1]
+        least, most = ratio_interval(*counts, 0.95)
         ends = least * odds / (1 + least * odds), 1 / (1 + 1 / (most * odds))
         value, low, high = ends_of(row, name)
         assert low <= value <= high
@@ -274,9 +268,9 @@ def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_
     # The recording without a verdict has no probability that counts.
     made = of([0, UNKNOWN, 1, 1, 2], probability=[0.1, 0.5, 0.9, 0.6, 0.8])
     row, *bins = measures.calibration(one(made), RULES | {"prevalence": 0.2})
-    assert (row["recordings"], row["observed"]) == (4, pytest.approx(0.2))
-    assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)
-    assert row["stated"] == pytest.approx(0.8 * 0.1 + 0.2 * (0.9 + 0.6 + 0.8) / 3)
+    stated, uninformed = 0.8 * 0.1 + 0.2 * (0.9 + 0.6 + 0.8) / 3, 0.8 * 0.2**2 + 0.2 * 0.8**2
+    found = [row[name] for name in ("recordings", "observed", "stated", "brier_uninformed")]
+    assert found == pytest.approx([4, 0.2, stated, uninformed])
     assert np.isnan(row["stated_low"]) and all("brier" not in each for each in bins)
 
 
@@ -301,7 +295,8 @@ def test_two_detectors_are_compared_on_the_same_recordings():
     # Of the nodules, the first finds three and the second two, of which one is new.
     sizes = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     both = of([0, 1, 1, 1, 1, 0, 0], sizes), of([1, 0, 1, 0, 0, 1, 0], sizes, detector="other")
-    made = compared(each_of(*both), "difference", "mcnemar_p")
+    rows = measures.comparisons("leave_one_out", each_of(*both), RULES)
+    made = {(row["measure"], row["size_mm"]): (row["difference"], row["mcnemar_p"]) for row in rows}
     assert made["detection", ANY] == made["size_within_tolerance", 1.0] == pytest.approx((-0.2, 1))
     assert made["detection", 0.0] == (0.0, 1.0)
     assert ("size_within_tolerance", 0.0) not in made
