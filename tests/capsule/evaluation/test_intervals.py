@@ -301,3 +301,15 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     passes = np.repeat(np.arange(6), [3, 7, 1, 6, 5, 3]), 7 + np.repeat(range(5), [7, 3, 6, 7, 1])
     drawn = numbers.normal(size=25), 99 + numbers.normal(size=24)
     assert intervals.auc_interval(*drawn, [*map(Units.of_places, passes)], 0.95) == (1.0, *ends)
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6)), min_size=1), LEVEL)
+def test_every_interval_holds_its_value(drawn, level):
+    shares, clusters = np.array(drawn).T
+    of_one = rate_of, intervals.mean_interval, intervals.median_interval
+    for units in (Units.of_places(clusters.astype(int)), places_of(shares.size)):
+        made = [interval(shares, units, level) for interval in of_one]
+        made += [intervals.gain_interval(0 * shares, to, units, level) for to in (shares, -shares)]
+        for value, low, high in made:
+            assert math.isnan(low) == math.isnan(high)
+            assert math.isnan(low) or low <= value <= high
