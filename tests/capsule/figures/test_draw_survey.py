@@ -30,13 +30,11 @@ def figure(session):
 
 def lines_of(axes, colour, dashed):
     """Return the stretches of the path of a colour, as [distance, time] points."""
-    return [
-        np.column_stack(line.get_data())
-        for line in axes.get_lines()
-        if to_hex(line.get_color()) == colour
-        and line.get_zorder() == 3
-        and line.is_dashed() == dashed
+    path = [each for each in axes.get_lines() if each.get_zorder() == 3]
+    chosen = [
+        each for each in path if (to_hex(each.get_color()), each.is_dashed()) == (colour, dashed)
     ]
+    return [np.column_stack(line.get_data()) for line in chosen]
 
 
 def test_the_table_is_the_stream_from_judgement_to_judgement(session):
@@ -48,8 +46,8 @@ def test_the_table_is_the_stream_from_judgement_to_judgement(session):
         assert table.loc[measured, name].tolist() == known.tolist()
 
 
-def test_the_path_lies_where_the_head_was(figure):
-    space = figure.axes[0]
+def test_the_path_lies_where_the_head_was_and_the_evidence_beside_it(session, figure):
+    space, evidence = figure.axes[:2]
     assert space.get_xlim() == pytest.approx((-2, 102))
     explored, (again,) = lines_of(space, BLUE, False), lines_of(space, INK, False)
     assert len(explored) == 2
@@ -65,10 +63,6 @@ def test_the_path_lies_where_the_head_was(figure):
     shown = zip(figure.legends[0].get_texts(), figure.legends[0].legend_handles, strict=True)
     dashed = {text.get_text() for text, line in shown if line.is_dashed()}
     assert "position not measured" in dashed and "finds its position, passes again" not in dashed
-
-
-def test_the_evidence_stands_beside_it_at_the_same_times(session, figure):
-    space, evidence = figure.axes[:2]
     assert evidence.get_ylim() == space.get_ylim() == (344 / 60, 0)
     (threshold,) = evidence.get_lines()
     assert set(threshold.get_xdata()) == {0.15}
@@ -104,9 +98,8 @@ def test_verdicts_sizes_and_simulated_are_written_and_the_frame_tells_where_plac
     end, start = told["map"]["y"]
     dots = figure.axes[0].transData.transform([[50.0, 3.0]])[0] * 72 / figure.dpi
     assert dots[0] == pytest.approx(left + (50 - low) / (high - low) * width, abs=0.05)
-    assert told["size"][1] - dots[1] == pytest.approx(
-        top + (3 - start) / (end - start) * height, abs=0.05
-    )
+    down = top + (3 - start) / (end - start) * height
+    assert told["size"][1] - dots[1] == pytest.approx(down, abs=0.05)
     assert told["evidence"]["box"][0] > left + width > 0.7 * told["size"][0]
 
 

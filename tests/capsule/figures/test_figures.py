@@ -22,28 +22,21 @@ from support.evaluated import RULES, read_paper
 from support.synthetic import make_recording
 from support.verdicts import verdicts
 
-pytestmark = pytest.mark.takes(0.1)
-
 SCHEMES = ["leave_one_out", "resubstitution"]
 SIZES = [0.0, 2.5, 6.0]
-
-
-@pytest.fixture(params=[style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN])
-def width(request):
-    return request.param
+COLUMN, PAGE = style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN
 
 
 def texts(figure):
     return [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
 
 
-def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(width):
+def test_preprocessing_shows_a_run_without_and_one_with_a_nodule():
     values = make_recording(3, "3mm/r01", samples=400, sensors=3, spacing=110).values
     values[:, 100:110] = np.nan
-    shape = {"rate_hz": 10, "window": 40, "threshold": 1.0}
-    example = preprocess_run("3mm/r01", "3 mm nodule", values, **shape)
-    figure = draw_signals.draw_preprocessing([None, example], 1.0, width)
-    assert figure.get_figwidth() == width
+    example = preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
+    figure = draw_signals.draw_preprocessing([None, example], 1.0, COLUMN)
+    assert figure.get_figwidth() == COLUMN
     assert texts(figure).count("no such recording") == 3
     assert {"(B) 3 mm nodule", "sensor 1", "sensor 3"} <= set(texts(figure))
     # The readings of each sensor stand around its own tick.
@@ -61,26 +54,22 @@ def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(width):
 
 
 @pytest.mark.parametrize(
-    ("nodules_mm", "expected"),
-    [
-        ([1.0, 2.5, 6.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
-        ([1.0, 2.5, 6.0, 7.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
-        ([], [("no nodule", "0mm/a"), ("nodule", None)]),
-    ],
+    ("nodules_mm", "nodule"),
+    [([1, 2.5, 6, 7], ("2.5 mm nodule", "2.5mm/a")), ([], ("nodule", None))],
 )
-def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nodules_mm, expected):
-    sizes_mm = [0.0, *nodules_mm]
+def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nodules_mm, nodule):
     rows = [
         {"recording": f"{size:g}mm/{run}", "scheme": scheme, "size_mm": size, "rmse_0mm": distance}
         | {f"rmse_{nodule:g}mm": 1.0 for nodule in nodules_mm}
         for scheme in SCHEMES
-        for size in sizes_mm
+        for size in [0.0, *nodules_mm]
         for run, distance in (("b", 0.9), ("a", 0.2), ("c", 0.1), ("d", 1.5))
     ]
-    assert draw_signals.typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
+    shown = draw_signals.typical_recordings(Evaluation(pd.DataFrame(rows), {}, {}))
+    assert shown == [("no nodule", "0mm/a"), nodule]
 
 
-@pytest.mark.parametrize("sensors", [1, 2, 4, 7])
+@pytest.mark.parametrize(("sensors", "width"), [(1, COLUMN), (4, PAGE)])
 def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     ones = np.ones(sensors)
     particle = Particle(ones, 0.4 * ones, 60.0 * ones[1:], 20.0 * ones)
@@ -119,9 +108,9 @@ def inputs_of(lead="best", sizes_mm=(0.0, 2.0), learning=None, **of_detectors):
 HALF_RIGHT, ALL_RIGHT = [(0, 0), (0, 2), (2, 2), (2, 0)], [(0, 0), (0, 0), (2, 2), (2, 2)]
 
 
-def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
+def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided():
     inputs = inputs_of("template", SIZES, template=[(size, size) for size in SIZES])
-    exact, within = draw_rates.sizing_drawing(inputs)[1](width).axes
+    exact, within = draw_rates.sizing_drawing(inputs)[1](COLUMN).axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
     assert exact.get_yticklabels()[-1].get_text() == "100 %"
@@ -133,10 +122,10 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
 @pytest.mark.parametrize(
     ("lead", "shown"), [("best", ["taught", "template"]), ("template", ["template"])]
 )
-def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, shown):
+def test_rates_show_the_leading_detector_the_papers_and_the_paper(lead, shown):
     inputs = inputs_of(lead, template=HALF_RIGHT, taught=ALL_RIGHT)
     table, draw = draw_rates.detection_drawing(inputs)
-    figure = draw(width)
+    figure = draw(PAGE)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == [*(f"{name} (leave-one-out)" for name in shown), "paper, as printed"]
     at_2_mm = table[(table["measure"] == "recall") & (table["size_mm"] == 2)]
@@ -151,14 +140,14 @@ def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, s
     assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(names))]
 
 
-def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
+def test_each_detector_has_a_curve_and_the_point_of_its_verdicts():
     table, draw = draw_rates.roc_drawing(inputs_of(template=HALF_RIGHT, taught=ALL_RIGHT))
     points = table[table["kind"] == "operating point"]
     of_any = points[points["size_mm"].isna()].set_index("detector")["false_positive_rate"]
     # Beside these stands no point of the baseline.
     assert of_any.to_dict() == {"template": 0.5, "taught": 0.0}
     assert set(table["detector"]) == {"template", "taught"}
-    figure = draw(width)
+    figure = draw(COLUMN)
     shown = texts(figure)
     assert "score of template" in shown and "verdicts of taught" in shown
     curve = figure.axes[0].get_lines()[1]
@@ -180,9 +169,8 @@ def learning_curves(*ranges, **columns):
     return draw_rates.learning_drawing(inputs_of(learning=table, taught=ALL_RIGHT))
 
 
-def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
-    _, draw = learning_curves((0, 0), (1, 1), (2, 2), (3, 3), (2, 3))
-    figure = draw(width)
+def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones():
+    figure = learning_curves((0, 0), (1, 1), (2, 2), (3, 3), (2, 3))[1](PAGE)
     titles = ["no nodule: specificity", "1 mm: found", "from 2 mm on: found"]
     assert [axes.get_title(loc="left") for axes in figure.axes] == titles
     (line,) = figure.axes[2].get_lines()
@@ -208,8 +196,7 @@ def rates_of_no_healthy():
     ],
 )
 def test_without_a_recording_the_figure_says_so(drawing):
-    _, draw = drawing()
-    assert "no recording to count" in texts(draw(style.PAGE_WIDTH_IN))
+    assert "no recording to count" in texts(drawing()[1](PAGE))
 
 
 INPUTS = SimpleNamespace(
@@ -230,7 +217,7 @@ def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, en
     figure = written[f"templates.{kind}"]
     if kind == "svg":
         assert b"<image" not in figure and b"<text" not in figure
-        assert b'width="%gpt"' % (72 * style.PAGE_WIDTH_IN) in figure
+        assert b'width="%gpt"' % (72 * PAGE) in figure
     else:
         assert b"/FontFile2" in figure and b"/CreationDate" not in figure
 
