@@ -17,7 +17,7 @@ from capsule.figures import draw_rates, draw_signals, style
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from capsule.store.files import read_csv
-from draw import write_figure
+from draw import WIDTHS_IN, write_figure
 from support.evaluated import RULES, read_paper
 from support.synthetic import make_recording
 from support.verdicts import verdicts
@@ -205,12 +205,13 @@ INPUTS = SimpleNamespace(
 
 
 @pytest.mark.parametrize(("kind", "ends"), [("svg", [""]), ("pdf", ["", "_column"])])
-def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, ends):
+def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, monkeypatch, kind, ends):
     names = {"templates.csv", *(f"templates{end}.{kind}" for end in ends)}
     line = write_figure("templates", INPUTS, kind, tmp_path)
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert set(written) == names and len(set(written.values())) == len(names)
     assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
+    monkeypatch.setitem(WIDTHS_IN, kind, {ends[-1]: WIDTHS_IN[kind][ends[-1]]})
     write_figure("templates", INPUTS, kind, tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
     # Files are vectors that need no font from elsewhere.

@@ -75,17 +75,11 @@ def test_without_a_verdict_so_far_there_is_its_reason(final, samples, reason):
 
 @pytest.mark.parametrize(
     ("scores", "advice"),
-    [
-        ((2.0, 3.0), "enough: nodule"),
-        ((0.0, 0.5), "enough: no nodule"),
-        ((2.0, 0.0), "pass again: "),
-    ],
+    [((2, 3), "enough: nodule"), ((0, 0.5), "enough: no nodule"), ((2, 0), "pass again: ")],
 )
 def test_it_is_enough_if_all_say_the_same_and_no_probability_is_told_as_certain(scores, advice):
-    verdicts = {
-        f"{n}": Verdict(float(score > 1), score, 1.0, 0.99999) for n, score in enumerate(scores)
-    }
-    judgement = Judgement(CONFIGURATION, verdicts, Familiarity(True))
+    said = {f"{each}": Verdict(float(each > 1), each, 1.0, 0.99999) for each in scores}
+    judgement = Judgement(CONFIGURATION, said, Familiarity(True))
     assert judgement.advice.startswith(advice)
     assert "  > 99.9 % " in f"{judgement.table()[1]} "
 
@@ -101,7 +95,7 @@ def test_a_run_of_another_kind_is_told_before_the_verdicts(tmp_path):
     assert slow.advice.startswith("seat the capsule anew: ")
     *_, by_diagonal, _, meant = usual.lines()
     assert re.fullmatch(r"diagonal .* [\d.]+ % +[\d.]+ s, [\d.]+ mm", by_diagonal)
-    assert meant.endswith("probability: of a nodule, if 10 % of all recordings have one")
+    assert "if 10 % of all recordings have one" in meant
     assert not any(" %" in line for line in slow.lines()[-4:-1])
 
 
@@ -120,31 +114,22 @@ def rewrite(folder, lacking="", **changes):
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
-        (lambda to: (to / "templates.npz").unlink(), r"templates\.npz; make it first: "),
-        (lambda to: (to / "detectors.json").unlink(), r"detectors\.json; make it first: "),
-        (
-            lambda to: write_learned(to, CONFIGURATION, taught_by(), dwell=99),
-            "another configuration or version; make it again: ",
-        ),
-        (lambda to: rewrite(to, scorer="of others"), "or version; make it again: "),
-        (
-            lambda to: (to / "detectors.json").write_text("{}"),
-            "damaged, or of another version; delete it, and make it again: ",
-        ),
-        (
-            lambda to: np.savez(to / "templates.npz", **{"2mm": np.ones((4, 1000))}),
-            "were not made together, .*: ",
-        ),
-        *(
-            (partial(rewrite, lacking=each), r"detectors\.json .* ")
-            for each in ("templates", "scorer", "familiar", "settings")
-        ),
+        (lambda to: (to / "templates.npz").unlink(), r"templates\.npz; make it first"),
+        (lambda to: (to / "detectors.json").unlink(), r"detectors\.json; make it first"),
+        (lambda to: write_learned(to, CONFIGURATION, taught_by(), dwell=99), "another config"),
+        (lambda to: rewrite(to, scorer="of others"), "another configuration or version"),
+        (lambda to: (to / "detectors.json").write_text("{}"), "damaged, or of another version"),
+        (lambda to: np.savez(to / "templates.npz", x=np.ones((4, 1000))), "not made together"),
+        (partial(rewrite, lacking="templates"), "not made together"),
+        (partial(rewrite, lacking="scorer"), "another configuration or version"),
+        (partial(rewrite, lacking="familiar"), "another configuration or version"),
+        (partial(rewrite, lacking="settings"), r"detectors\.json "),
     ],
 )
 @pytest.mark.usefixtures("final")
 def test_what_was_learned_elsewhere_or_not_is_refused_with_the_remedy(tmp_path, spoil, told):
     spoil(tmp_path)
-    with pytest.raises(CapsuleError, match=f"{told}snakemake -c2"):
+    with pytest.raises(CapsuleError, match=f"{told}.*snakemake -c2"):
         final_in(tmp_path)
 
 
