@@ -1,5 +1,6 @@
 """Put together and render sections of the page, for tests of what they say."""
 
+import functools
 import html
 
 import numpy as np
@@ -48,11 +49,17 @@ def page_of(evaluation, *rows, settings=CONFIG):
     return page | {"evidence": list(page["evidence"])}
 
 
+@functools.cache
+def compiled():
+    """Return what fills in templates; it is kept, since compiling takes long."""
+    return environment(read_frame(REPORT)[0])
+
+
 def section(name, **page):
     """Return a section as the browser shows its texts, with its tags."""
-    templates, _, _ = read_frame(REPORT)
+    made = compiled()
     # The frame imports the macros for all sections.
-    frame = templates["report.html.j2"].splitlines()
+    frame = made.loader.mapping["report.html.j2"].splitlines()
     imports = [line for line in frame if line.startswith("{% from ")]
     text = "\n".join([*imports, f'{{% include "sections/{name}.html.j2" %}}'])
-    return html.unescape(environment(templates).from_string(text).render(page=page))
+    return html.unescape(made.from_string(text).render(page=page))

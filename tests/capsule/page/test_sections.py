@@ -12,16 +12,24 @@ from capsule.page import provenance, surveys
 from capsule.page.recordings import FIRST_ROWS
 from capsule.page.render import render_page
 from support.evaluated import UNKNOWN, evaluated
-from support.sections import REPORT, page_of
+from support.sections import REPORT, compiled, page_of, section
 
 # As long as the keys of `capsule.engine.keys`.
 KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
 
 
-def filled(page):
+@pytest.fixture(autouse=True, scope="module")
+def compiled_once():
+    """Compile each template once for all tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("capsule.page.render.environment", lambda _: compiled())
+        yield
+
+
+def filled(page, day=3):
     """Fill in the template that the report has; figures are left blank."""
-    moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
+    moment = datetime.datetime(2024, 6, day, 12, 30, tzinfo=datetime.UTC)
     state, versions = ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
     made |= dict.fromkeys(("figure", "shipped_figure"), lambda name: "data:,")
@@ -65,15 +73,22 @@ def test_the_page_escapes_what_a_recording_says_and_names_its_making_and_its_key
     assert not folder.is_made_from(page, KEY[::-1])
 
 
+def test_another_day_changes_one_marked_line(small):
+    pages = [filled(small, day).splitlines() for day in (3, 4)]
+    changed = [n for n, lines in enumerate(zip(*pages, strict=True)) if len({*lines}) > 1]
+    assert [pages[0][n - 1] for n in changed] == ["<!-- the next line changes from run to run -->"]
+
+
 def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate():
     archive = [(f"{size}mm/{n}", float(size), float(size)) for size in (0, 1) for n in range(60)]
+    evaluation = evaluated(archive, (0.0, 1.0))
 
     def page_with(healthy):
-        rows = [
-            [name, size, "accepted", UNKNOWN, "phantom" if size else healthy, name, 70.0]
-            for name, size, _ in archive
+        sources = {0.0: healthy, 1.0: "phantom"}
+        usual = [
+            [name, mm, "accepted", UNKNOWN, sources[mm], name, 70.0] for name, mm, _ in archive
         ]
-        return filled(page_of(evaluated(archive, (0.0, 1.0)), *rows))
+        return filled(page_of(evaluation, *usual))
 
     sound, confounded = page_with("phantom"), page_with(f"fabric {EVIL}")
     assert 'id="confounded"' not in sound and "Reliably found" in sound
@@ -103,5 +118,5 @@ def test_of_an_empty_archive_the_page_says_so():
 
 def test_without_a_healthy_recording_no_false_alarm_is_counted():
     index = ["1mm/a", 1.0, "accepted", UNKNOWN, "bench", "aa", 70.0]
-    text = filled(page_of(evaluated([("1mm/a", 1.0, 1.0)], (0.0, 1.0)), index))
+    text = section("panels", **page_of(evaluated([("1mm/a", 1.0, 1.0)], (0.0, 1.0)), index))
     assert "No healthy recording, so no false alarm can occur." in text
