@@ -1,4 +1,4 @@
-"""Imports lead down, only some modules know files, and each script is a step of the rules."""
+"""Imports lead down, and each script is a step of the rules, which rests on what it uses."""
 
 import ast
 import re
@@ -38,17 +38,6 @@ FLOORS = [
     *("capsule.importing", "capsule.exporting", "capsule.commands", "capsule.__main__"),
     *("phantom_study", "scorer_teaching", "scripts"),
 ]
-# Only modules of these names, in any folder of the library, know files, folders and processes. All
-# others are functions on arrays.
-ON_FILES = {"files", "results", "project", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "listed", "jobs"}
-# The command, and those of subjects.
-ON_FILES |= {"__main__", "cli", "command", "new", "forget", "compare"}
-# These call git, Slurm or Snakemake, and look after its runs.
-ON_PROGRAMS = {"run", "report"}
-# These folders are at work on files, boards and other programs as a whole.
-AT_WORK = ("capsule.bench.", "capsule.exporting.", "capsule.importing.", "capsule.judging.")
-SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}
 
 
 def floor(module):
@@ -80,16 +69,6 @@ def test_imports_lead_down_and_in_no_circle():
         assert not upward, module
     # Its error names the circle.
     TopologicalSorter({name: imports_of(name) for name in MODULES}).prepare()
-
-
-def test_only_modules_that_say_so_in_their_name_know_files_and_none_snakemake():
-    names = set()
-    for module, path in MODULES.items():
-        if "." in module:
-            assert not any(each.startswith("snakemake") for each in imported(path)), module
-        if module.startswith("capsule.") and not module.startswith(AT_WORK):
-            names |= {module.rpartition(".")[2]} if SYSTEM & imported(path) else set()
-    assert names == ON_FILES | ON_PROGRAMS
 
 
 STEPS = sorted(path.stem for path in SCRIPTS.glob("*.py"))

@@ -16,16 +16,15 @@ import pytest
 from nbclient import NotebookClient
 
 from capsule.commands.cli import COMMANDS
-from support.command import output_of, parsers
+from support.command import parsers
 from support.documents import all_blocks, blocks, documents, text_of
 from support.importing import assert_readings, import_files
 from support.lab_files import KILO_OHMS, TIME_S, write_examples
 from support.project import ROOT
 
-SCRIPTS = ROOT / "workflow" / "scripts"
 BLOCKS = all_blocks()
 # Part of the archive that ships, so that fits take a second.
-RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 7)]
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 3, 5, 7)]
 # Held out, so that in leave-one-out no fold judges it.
 RECORDINGS.append("0mm/h01")
 WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.not_run}
@@ -52,7 +51,7 @@ CALL = re.compile(
 
 @pytest.mark.takes
 @pytest.mark.parametrize("document", sorted(WITH_PYTHON | {"README.md", "docs/library.md"}))
-def test_the_python_in_a_document_runs_from_top_to_bottom(tmp_path, document):
+def test_the_python_in_a_document_runs_from_top_to_bottom(tmp_path, monkeypatch, document):
     """In a folder like the project's, in which examples may write."""
     copies = {name: name for name in RECORDINGS} | {"3mm/r09": "unlabelled/patient"}
     for name, copy in copies.items():
@@ -60,12 +59,11 @@ def test_the_python_in_a_document_runs_from_top_to_bottom(tmp_path, document):
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / "raw" / f"{name}.csv", path)
     shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
     run = [each for each in BLOCKS if each.document == document and each.is_python]
     program = "\n".join(each.text for each in run if not each.not_run)
     assert program
-    environment = {"PYTHONPATH": str(SCRIPTS), "MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
-    call = [sys.executable, "-W", "error", "-c", program]
-    output_of(*call, cwd=tmp_path, env={**os.environ, **environment})
+    exec(compile(program, document, "exec"), {})
 
 
 def calls():
@@ -182,7 +180,6 @@ def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_i
 @pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
 def test_the_tutorial_gives_what_it_shows(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
     stored, fresh = (nbformat.read(TUTORIAL, as_version=4) for _ in range(2))
     NotebookClient(fresh, timeout=300, resources={"metadata": {"path": TUTORIAL.parent}}).execute()
     made, shown = (

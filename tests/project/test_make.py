@@ -33,15 +33,14 @@ def checkout(tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("writable", [True, False])
-def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout, writable):
+def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout):
     # A file in its place keeps even the administrator from writing there.
     home = checkout.parent / "home"
-    home.mkdir() if writable else home.touch()
+    home.touch()
     environment = {key: value for key, value in os.environ.items() if key != "XDG_CACHE_HOME"}
     output = output_of("make", "report", cwd=checkout, env=environment | {"HOME": str(home)})
-    assert f"cache: {'' if writable else f'{checkout}/.snakemake/cache'}\n" in output
-    assert output.count("the home folder cannot be written") == (not writable)
+    assert f"cache: {checkout}/.snakemake/cache\n" in output
+    assert "the home folder cannot be written" in output
     # The project is installed so that its own folder is used.
     assert "python -m pip install --quiet --no-deps --no-build-isolation --editable .\n" in output
 
@@ -49,13 +48,12 @@ def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout, wr
 @pytest.mark.parametrize(("version", "allowed"), [("3.10", False), ("3.11", True), ("3.14", False)])
 def test_a_python_that_the_lock_lacks_is_refused_in_one_line(checkout, version, allowed):
     (checkout / ".venv" / "ready").unlink()
-    numbers = version.replace(".", ", ")
     # It says of itself that it is of that version, and makes no environment.
+    own = f"import sys; sys.version_info = {tuple(map(int, version.split('.')))}; exec(sys.argv[1])"
     python = write_program(
         checkout / "python",
-        f'case "$1" in -V) echo "Python {version}.0";; -m) exit 7;; '
-        f'*) exec "{sys.executable}" -c "import sys; sys.version_info = ({numbers}); '
-        'exec(sys.argv[1])" "$2";; esac',
+        f"case $1 in -V) echo Python {version}.0;; -m) exit 7;; "
+        f"*) exec {sys.executable} -c '{own}' \"$2\";; esac",
     )
     command = ["make", "report", f"PYTHON={python}"]
     done = subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)

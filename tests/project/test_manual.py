@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from capsule.engine.configuration import allowed_values, read_schema
-from capsule.engine.keys import imported_files
 from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.store.files import read_csv
 from support.command import output_of
@@ -65,22 +64,6 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
     found = r"```math\n% (\S+)\n.*?\\tag\{(\d+)\}"
     shown = re.findall(found, text_of("docs/method.md"), re.DOTALL)
     assert shown == [(label, str(n)) for n, label in enumerate(labels["equations"], 1)]
-
-
-def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
-    page = text_of("docs/files.md").partition("### What a recording passes\n")[2]
-    section = page.partition("\n### ")[0]
-    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", section, re.MULTILINE))
-    assert list(rows) == ["preprocess", "list", "describe", "evaluate", "report"]
-    workflow = ROOT / "workflow"
-    for step, cell in rows.items():
-        used = imported_files(workflow / f"scripts/{step}.py", ["capsule.detectors.shipped"])
-        for part in cell.split(";"):
-            # A folder stands before the files in it.
-            folder, *names = re.findall("`([^`]+)`", part if "/`:" in part else f"`./` {part}")
-            for path in (workflow / folder / name for name in names):
-                assert path.exists()
-                assert path in used or "scripts/capsule" not in path.as_posix(), (step, path)
 
 
 def rows_of(schema, path=""):
