@@ -19,10 +19,8 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # or with the content of a recording or a survey.
 TELL = """
 import json
-BATCHES_OF = {
-    "preprocess": BATCHES, "fit": NODULES, "describe": DESCRIBED, "plot": DESCRIBED,
-    "survey": SURVEYS.names,
-}
+BATCHES_OF = {"preprocess": BATCHES, "fit": NODULES, "describe": DESCRIBED, "plot": DESCRIBED}
+BATCHES_OF["survey"] = SURVEYS.names
 STEPS = {name.lower(): each for name, each in globals().items() if isinstance(each, Step)}
 def all_keys():
     Step.key.cache_clear()
@@ -36,14 +34,10 @@ def changed_with(step, part, value):
     return changed
 def contents_but(edited):
     return lambda batch: ["edited"] if batch == edited else contents_of(batch)
-told = {
-    name: {
-        "changed": changed_with(each, "code", "edited"),
-        "settings": list(json.loads(each.settings)),
-        "code": list(STATES_OF_CODE[str(each.script.resolve())]),
-    }
-    for name, each in STEPS.items()
-}
+told = {name: {"changed": changed_with(each, "code", "edited")} for name, each in STEPS.items()}
+for name, each in STEPS.items():
+    code = STATES_OF_CODE[str(each.script.resolve())]
+    told[name]["uses"] = [*json.loads(each.settings), *code]
 of_recordings = {
     name: changed_with(PREPROCESS, "inputs", contents_but(name)) for name in ARCHIVE.recordings
 }
@@ -76,8 +70,7 @@ def rules(tmp_path_factory):
     found = re.findall(r"(\d+) -> (\d+)", run.output)
     told, of_recordings = json.loads((folder / "told.json").read_text(encoding="utf-8"))
     for each in told.values():
-        paths = (re.split("/project/workflow/(?:scripts/)?", path) for path in each["code"])
-        each["code"] = {path[-1] for path in paths}
+        each["uses"] = {re.split("/workflow/(?:scripts/)?", used)[-1] for used in each["uses"]}
     return {(names[one], names[other]) for one, other in found}, told, of_recordings
 
 
@@ -128,8 +121,7 @@ def test_a_recording_or_survey_changes_the_keys_of_all_that_rests_on_it_and_no_o
     ],
 )
 def test_a_rule_has_the_settings_and_the_code_that_it_uses_and_no_others(rules, part, of):
-    told = rules[1].items()
-    assert {rule for rule, each in told if part in each["settings"] or part in each["code"]} == of
+    assert {rule for rule, each in rules[1].items() if part in each["uses"]} == of
 
 
 # What has changed.
@@ -141,7 +133,7 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
     # The clock was set back since the results were made.
     for path in (*project.results.rglob("*.*"), project.folder / "workflow/scripts/fit.py"):
         os.utime(path, (4e9, 4e9))
-    edited = project.raw / "2.5mm/r02.csv"
+    edited = project.raw / "2.5mm/r01.csv"
     whole = edited.read_bytes()
     edited.write_bytes(OTHER)
     os.utime(edited, (1e9, 1e9))
@@ -150,7 +142,7 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
     run = project.snakemake(*TABLES)
     assert run.jobs == single | {"preprocess": 3, "fit": 2, "describe": 3}, run.output
     before, changed = finished.result_bytes(), project.result_bytes()
-    assert changed["fits/2.5mm/r02.json"] != before["fits/2.5mm/r02.json"]
+    assert changed["fits/2.5mm/r01.json"] != before["fits/2.5mm/r01.json"]
 
     edited.write_bytes(whole)
     for name in ("1mm/r03", "unlabelled/other"):
@@ -168,7 +160,7 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
 
 @pytest.mark.slow
 def test_after_a_failed_job_the_next_call_makes_it_and_all_behind_it(project):
-    (project.raw / "2.5mm/r02.csv").write_bytes(OTHER)
+    (project.raw / "2.5mm/r01.csv").write_bytes(OTHER)
     path = project.folder / "workflow/scripts/evaluate.py"
     whole = path.read_bytes()
     path.write_bytes(whole.replace(b"def main() -> None:\n", b"def main() -> None:\n    1 / 0\n"))
@@ -188,7 +180,7 @@ def test_a_recording_that_is_away_while_the_list_is_made_is_in_the_list(project)
     jobs = [json.loads(path.read_text(encoding="utf-8")) for path in notes]
     (call,) = {job["shellcmd"] for job in jobs if job["rule"] == "list"}
     before = project.table("recordings.csv")
-    (project.raw / "2.5mm/r02.csv").unlink()
+    (project.raw / "2.5mm/r01.csv").unlink()
     (project.results / "recordings.csv").unlink()
     output_of("sh", "-c", call, cwd=project.folder)
     assert project.table("recordings.csv") == before
