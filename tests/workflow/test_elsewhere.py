@@ -13,7 +13,7 @@ from support.command import output_of
 from support.documents import blocks
 from support.environments import WITHOUT_PATH, environment_with
 from support.marks import needs_programs
-from support.project import PARTS, ROOT, Project
+from support.project import ROOT, Project
 from support.synthetic import write_archive
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow]
@@ -104,12 +104,9 @@ def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_
     caller = Project(folder)
     run = caller.snakemake()
     assert run.status == 0, run.output
-    fits = [
-        (folder / each / "results/fits/3mm/r01.json").read_bytes() for each in ("first", "second")
-    ]
-    assert fits[0] != fits[1]
-    assert not (folder / "second/results/fits/3mm/r02.json").exists()
-    assert not (folder / "results").exists()
+    first, second = (folder / each / "results/fits/3mm" for each in ("first", "second"))
+    assert (first / "r01.json").read_bytes() != (second / "r01.json").read_bytes()
+    assert not (second / "r02.json").exists() and not (folder / "results").exists()
     write_archive(folder / "second/raw", ["2mm/r03"], samples=525)
     jobs = caller.snakemake("--dry-run").output
     assert "second_fit" in jobs
@@ -118,17 +115,14 @@ def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_
 
 def test_a_release_is_deployed_from_a_repository(tmp_path):
     """The workflow is as snakedeploy writes it; Snakemake already has a copy of the repository."""
-    release = tmp_path / "release"
-    release.mkdir()
-    for part in [*PARTS, "pyproject.toml", ".git_archival.txt", ".gitattributes"]:
-        copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy2
-        copy(ROOT / part, release / part)
+    release = Project.create(tmp_path / "release").folder
+    for part in ("pyproject.toml", ".git_archival.txt", ".gitattributes"):
+        shutil.copy2(ROOT / part, release)
     git = ["git", "-c", "user.name=Test", "-c", "user.email=test@localhost", "-C", release]
     for step in (["init", "-q"], ["add", "."], ["commit", "-qm", "release"], ["tag", "v1"]):
         output_of(*git, *step)
     cache = tmp_path / "cache"
     kept = cache / "snakemake/snakemake/source-cache/snakemake-git-cache/github.com/laboratory"
-    kept.mkdir(parents=True)
     output_of("git", "clone", "-q", "--bare", release, kept / "capsule")
 
     folder = tmp_path / "lab"

@@ -120,24 +120,16 @@ SlurmctldHost={self.node}(127.0.0.1)
 SlurmctldPort={ports[0]}
 SlurmdPort={ports[1]}
 SlurmUser=root
-AuthType=auth/munge
 AuthInfo=socket={munge}
-CredType=cred/munge
 StateSaveLocation={self.folder / "state"}
 SlurmdSpoolDir={self.folder / "spool"}
 SlurmctldPidFile={self.folder / "slurmctld.pid"}
 SlurmdPidFile={self.folder / "slurmd.pid"}
 ProctrackType=proctrack/linuxproc
-TaskPlugin=task/none
-JobAcctGatherType=jobacct_gather/none
-AccountingStorageType=accounting_storage/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SchedulerParameters=sched_interval=1,sched_min_interval=0
-ReturnToService=2
 KillWait=1
-MinJobAge=3600
-MpiDefault=none
 SlurmdParameters=config_overrides
 NodeName={self.node} NodeAddr=127.0.0.1 CPUs=4 RealMemory=2000
 PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP

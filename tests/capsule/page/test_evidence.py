@@ -64,15 +64,11 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     for drawn in (nodule["template"], nodule["fitted"]):
         assert drawn["peak"][0] == FIRST_PEAK - 1 - 25
         assert (drawn["from"], drawn["to"]) == (-25, LENGTH - 25)
-        shapes = (drawn[name][0] for name in ("amplitude", "vertical", "horizontal"))
-        assert tuple(shapes) == (0.33333, 0.3, 9.6667)
+        shape = [drawn[name][0] for name in ("amplitude", "vertical", "horizontal")]
+        assert shape == [0.33333, 0.3, 9.6667]
     assert nodule["template"]["size"] == "3 mm"
-    assert nodule["fit"].startswith("RMSE 0.1000; ")
-    assert nodule["fit"].endswith(f"; lag {LENGTH + 1 - 25}")
+    assert "RMSE 0.1000; " in nodule["fit"] and f"; lag {LENGTH + 1 - 25}" in nodule["fit"]
     assert healthy["fitted"] is healthy["fit"] is None
-    tables.by_recording = {}
-    without = dict(archive_evidence(rows, tables))
-    assert inflated(json.loads(without["3mm/r01"])["judged"])["template"] is None
 
 
 @pytest.mark.parametrize(

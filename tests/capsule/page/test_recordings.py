@@ -64,13 +64,10 @@ def test_a_row_holds_the_verdict_and_what_is_wrong_with_a_recording_or_a_part_of
 def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_place_left_out():
     schemes = ["held_out", "leave_one_out", "resubstitution"]
     predictions = pd.DataFrame(
-        [
-            {"recording": name, "detector": "diagonal", "scheme": scheme, "predicted_mm": size}
-            for name, scheme, size in zip("htt", schemes, (1.0, 2.0, 3.0), strict=True)
-        ]
+        {"recording": [*"htt"], "scheme": schemes, "predicted_mm": [1, 2, 3]}
     )
     detections = pd.DataFrame([{"recording": "u", "detector": "diagonal", "predicted_mm": 4.0}])
-    evaluation = SimpleNamespace(predictions=predictions)
+    evaluation = SimpleNamespace(predictions=predictions.assign(detector="diagonal"))
     of_page = dict.fromkeys(field.name for field in fields(Tables)) | {"settings": {}}
     found = Tables(**of_page | {"evaluation": evaluation, "detections": detections}).by_recording
     said = {name: [row["predicted_mm"] for row in rows] for name, rows in found.items()}

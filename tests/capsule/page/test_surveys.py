@@ -24,16 +24,10 @@ def unpacked(packed):
     return row
 
 
-@pytest.mark.parametrize(
-    ("about", "title"),
-    [
-        ({"source": "simulated survey"}, "demo, simulated"),
-        ({"source": "", "header": {"source": "recorded by the logger board"}}, "demo"),
-        ({"source": ""}, "demo, of unknown origin"),
-    ],
-)
-def test_a_simulated_survey_is_called_simulated(session, about, title):
-    assert surveys.title_of(replace(session, about=about)) == title
+def test_a_simulated_survey_is_called_simulated(session):
+    told = {"source": "simulated survey"}, {"header": {"source": "recorded by the board"}}, {}
+    titles = [surveys.title_of(replace(session, about={"source": ""} | each)) for each in told]
+    assert titles == ["demo, simulated", "demo", "demo, of unknown origin"]
 
 
 def values_of(session):
