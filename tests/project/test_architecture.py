@@ -10,7 +10,6 @@ import pytest
 from capsule.detectors.registry import DETECTORS
 from capsule.engine.keys import imported_files
 from capsule.figures.registry import FIGURES
-from capsule.store.results import SURVEY_VALUES, OfArchive
 from support.project import ROOT
 
 SCRIPTS = ROOT / "workflow" / "scripts"
@@ -89,17 +88,6 @@ def test_no_step_rests_on_solids_or_the_interface_and_none_of_science_on_what_is
         elsewhere = ("capsule/interface/", "capsule/importing/", "capsule/bench/")
         assert not name.startswith((*elsewhere, *(SHOWN if step in SCIENCE else ())))
         assert not {"manifold3d", "OCP"} & {each.partition(".")[0] for each in imported(path)}
-
-
-def test_one_module_knows_where_the_results_of_an_archive_stand():
-    # A folder's name may be another word, too; a file's name may not.
-    names = {value for key, value in vars(OfArchive).items() if key.isupper() and "." in value}
-    names |= {SURVEY_VALUES, *(name.rpartition("/")[2] for name in names)}
-    for module, path in MODULES.items():
-        # Texts with spaces are for people: documentation, help and messages.
-        texts = re.findall(r'"([^" \n]+)"', path.read_text(encoding="utf-8"))
-        elsewhere = [text for text in texts if text.rpartition("/")[2] in names]
-        assert not elsewhere or module == "capsule.store.results", module
 
 
 def test_each_script_is_a_step_of_the_rules():

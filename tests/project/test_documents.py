@@ -31,9 +31,7 @@ WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.n
 PAGE, TUTORIAL = "docs/command.md", ROOT / "docs" / "tutorial.ipynb"
 PAGE_TEXT = text_of(PAGE)
 SECTIONS = dict(re.findall(r"(?ms)^## capsule (\w+)\n(.*?)(?=^## |\Z)", PAGE_TEXT))
-# Of the lines in these documents, which run in this order, what does not run here: it belongs to a
-# shell, never ends, or removes what the lines after it read.
-IN_THE_FOLDER = ["docs/tutorial.md", PAGE]
+# What does not run here: it belongs to a shell, never ends, or removes what later lines read.
 NOT_RUN = ("source ", "capsule demo", "capsule forget")
 PROGRAMS = {"make", "pip", "snakemake", "sbatch", "capsule", "conda", "py", "source", "python"}
 PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
@@ -144,7 +142,7 @@ def run_lines(folder, lines):
 @pytest.mark.takes(60)
 def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
     (folder := tmp_path / "start").mkdir()
-    for document in IN_THE_FOLDER:
+    for document in ("docs/tutorial.md", PAGE):
         folder = run_lines(folder, lines_to_type(document))
     # The numbers that the tutorial tells.
     assert (folder / "monday.png").stat().st_size > 50_000

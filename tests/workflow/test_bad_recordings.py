@@ -21,9 +21,7 @@ from support.synthetic import make_recording
 pytestmark = [
     pytest.mark.workflow,
     pytest.mark.slow,
-    pytest.mark.skipif(
-        sys.platform != "linux", reason="only Linux lets a file have every name that is tried here"
-    ),
+    pytest.mark.skipif(sys.platform != "linux", reason="only Linux lets a file have such names"),
 ]
 
 # Results that hold all recordings; the others have a file for each batch, which the lists name.

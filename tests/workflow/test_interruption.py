@@ -24,11 +24,9 @@ KILLED_AT = 6
 
 def half_written(project, expected):
     """Return the results that have their final name, but another content."""
-    return [
-        name
-        for name, content in project.result_bytes().items()
-        if not name.endswith(UNFINISHED) and content != expected[name]
-    ]
+    made = project.result_bytes().items()
+    whole = {name: content for name, content in made if not name.endswith(UNFINISHED)}
+    return [name for name, content in whole.items() if content != expected[name]]
 
 
 def test_after_a_kill_the_plain_command_goes_on(new, finished):

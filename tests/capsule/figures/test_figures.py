@@ -1,6 +1,5 @@
 """The figures: what they show, at every width, and that the bytes are always the same."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -179,17 +178,10 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
     assert figure.axes[0].get_xticklabels()[0].get_text() == "10\n(2)"
 
 
-def rates_of_no_healthy():
-    inputs = inputs_of(sizes_mm=SIZES, template=[(2.5, 2.5), (6, 6)])
-    printed = {name: table[:0] for name, table in inputs.evaluation.paper.items()}
-    inputs.evaluation = replace(inputs.evaluation, paper=printed)
-    return draw_rates.negatives_drawing(inputs)
-
-
 @pytest.mark.parametrize(
     "drawing",
     [
-        rates_of_no_healthy,
+        lambda: draw_rates.sizing_drawing(inputs_of(sizes_mm=(0.0, 1.7), template=[(0, 0)])),
         lambda: draw_rates.roc_drawing(inputs_of(template=[])),
         learning_curves,
         lambda: learning_curves((0, 0), rate=np.nan),
