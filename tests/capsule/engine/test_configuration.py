@@ -37,7 +37,7 @@ def test_yaml_and_json_are_read(tmp_path, text):
         (b"a: &a [1]\nb: [*a, *a]\n", ", line 2: the alias *a is not allowed; write its value"),
         (b"fit:\n  seed: " + b"1" * 5000, ": a value cannot be read: "),
         (b"? [1]\n: 2\n", ", line 1: found unhashable key"),
-        (b"[" * 2000, ": the keys are nested too deeply"),
+        (b"[" * 600, ": the keys are nested too deeply"),
     ],
 )
 def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path, content, fault):

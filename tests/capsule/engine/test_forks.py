@@ -1,7 +1,6 @@
 """Work that is spread over forks of a process."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -36,12 +35,12 @@ def test_the_results_come_in_order_from_processes_of_one_thread_each(processes):
 @pytest.mark.takes(1.5)
 @needs_forks
 def test_the_processes_end_with_a_killed_starter():
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
-    settings = {"env": environment, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", STARTER], **settings) as starter:
+    words = [sys.executable, "-c", STARTER]
+    scripts = ROOT / "workflow/scripts"
+    with subprocess.Popen(words, cwd=scripts, stdout=subprocess.PIPE, text=True) as starter:
         one, other = (Path("/proc", starter.stdout.readline().strip()) for _ in range(2))
         assert one.exists() and other.exists()
-        starter.send_signal(signal.SIGKILL)
+        starter.kill()
     ends = time.monotonic() + 10
     while one.exists() or other.exists():
         assert time.monotonic() < ends

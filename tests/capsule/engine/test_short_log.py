@@ -31,7 +31,6 @@ def test_each_job_is_one_line_and_errors_stand_in_snakemakes_words():
         log("Finished jobid: 7", LogEvent.JOB_FINISHED, job_id=7)
         log("", LogEvent.PROGRESS, done=1, total=2)
     log("Select jobs with care", level=logging.WARNING)
-    log("Shutting down, this might take some time.")
     log("Complete log(s): x.log")
     log("Nothing to be done (all requested files are present and up to date).")
     assert stream.getvalue().splitlines() == [
@@ -39,7 +38,6 @@ def test_each_job_is_one_line_and_errors_stand_in_snakemakes_words():
         "1 of 2: fit 3mm/r01",
         "2 of 2: everything",
         "Select jobs with care",
-        "Shutting down, this might take some time.",
         "Nothing to be done (all requested files are present and up to date).",
         "The report: results/report.html",
     ]
