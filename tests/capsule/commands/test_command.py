@@ -64,47 +64,40 @@ def test_a_new_folder_has_settings_and_what_to_do_and_never_files_before(tmp_pat
     assert "cd " in capsys.readouterr().out
     names = ["README.md", "Snakefile", "config", "profiles", "raw"]
     assert sorted(path.name for path in folder.iterdir()) == names
-    assert (folder / "README.md").read_text(encoding="utf-8").startswith("# pig-7\n")
+    assert (folder / "README.md").read_text().startswith("# pig-7\n")
     assert read_config_file(folder / "config/config.yaml")["evaluation"]["held_out"] == []
     # With the profile, a plain `snakemake` goes on after a kill.
     assert (folder / new.PROFILE).read_bytes() == (ROOT / new.PROFILE).read_bytes()
-    with pytest.raises(SystemExit) as ended:
-        cli.main(["new", str(tmp_path)])
-    assert ended.value.code == 1
-    assert "is not empty; nothing was written" in capsys.readouterr().err
+    with pytest.raises(CapsuleError, match="is not empty; nothing was written"):
+        run_command("new", tmp_path)
     assert list(tmp_path.iterdir()) == [folder]
 
 
 # Kills: a text of the shipped configuration that is no longer found, and so not replaced.
 @pytest.mark.parametrize(("sensors", "length"), [(2, 1000), (5, 1250)])
 def test_another_number_of_sensors_sets_what_it_needs(tmp_path, monkeypatch, sensors, length):
-    run_command("new", tmp_path / "lab", "--sensors", sensors)
-    settings = read_config_file(tmp_path / "lab/config/config.yaml")
+    run_command("new", lab := tmp_path / "lab", "--sensors", sensors)
+    settings = read_config_file(config := lab / "config/config.yaml")
     told = settings["recording"]["sensors"], settings["preprocessing"]["length"]
     assert (told, settings["detectors"]) == ((sensors, length), ["template", "diagonal"])
     # What is only in the project's folder is not named.
-    assert not re.search("docs/|README", (tmp_path / "lab/config/config.yaml").read_text())
+    assert not re.search("docs/|README", config.read_text())
     with pytest.raises(CapsuleError, match="--sensors 0: give a number from 1 to 64"):
         run_command("new", tmp_path / "none", "--sensors", 0)
-    monkeypatch.chdir(tmp_path / "lab")
+    monkeypatch.chdir(lab)
     run_command("simulate", "--runs", 1, "--sizes", 3)
-    assert f",sensor_{sensors}\n" in (tmp_path / "lab/raw/3mm/r01.csv").read_text()
+    assert f",sensor_{sensors}\n" in (lab / "raw/3mm/r01.csv").read_text()
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        *("judge run.csv", "export --format mat", "simulate", "survey --simulate --out one"),
-        *("import run.csv --size 2", "record --size 1 --port none"),
-    ],
-)
-def test_each_command_checks_the_configuration_of_the_folder(tmp_path, monkeypatch, words):
+def test_each_command_checks_the_configuration_of_the_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text("recording: {sensors: four}\n", encoding="utf-8")
+    (tmp_path / "config/config.yaml").write_text("recording: {sensors: four}\n")
     (tmp_path / "run.csv").touch()
-    with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
-        run_command(*words.split())
+    words = ["judge run.csv", "export --format mat", "simulate", "survey --simulate --out one"]
+    for each in (*words, "import run.csv --size 2", "record --size 1 --port none"):
+        with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
+            run_command(*each.split())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["config", "run.csv"]
 
 

@@ -44,18 +44,15 @@ def test_a_clone_and_its_archive_tell_version_commit_and_changed_files(clone, mo
     (clone / "workflow/code.py").write_text("x = 2\n")
     # Variables of a hook lead nowhere else.
     monkeypatch.setenv("GIT_DIR", str(clone.parent / "elsewhere"))
-    assert read_project_state(clone) == replace(state, modified=True)
+    assert read_project_state(clone) == (changed := replace(state, modified=True))
+    assert changed.text() == f"origami-capsule 1.2.3, commit {state.commit[:12]} (modified)"
 
 
 def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch):
     # In another repository; then git is missing, and late.
-    assert read_project_state(clone / "workflow") == ProjectState(None, None, False)
+    nothing = read_project_state(clone / "workflow")
+    assert nothing == ProjectState(None, None, False)
+    assert nothing.text() == "origami-capsule, version not known"
     for fault in (FileNotFoundError(2, "No such file", "git"), subprocess.TimeoutExpired("", 20)):
         monkeypatch.setattr(subprocess, "run", Mock(side_effect=fault))
         assert read_project_state(clone) == ProjectState("1.2.3", None, False)
-
-
-def test_the_project_is_named_by_its_version_and_commit():
-    named = "origami-capsule 1.2.0, commit 0123456789ab (modified)"
-    assert ProjectState("1.2.0", "0123456789abcdef", True).text() == named
-    assert ProjectState(None, None, False).text() == "origami-capsule, version not known"

@@ -2,7 +2,6 @@
 
 import atexit
 import os
-import re
 import shutil
 import subprocess
 import time
@@ -121,17 +120,6 @@ def test_the_end_of_a_run_lists_what_is_rejected_alike_confounded_passed_over_an
         "2 files are of recordings, batches or tables that are gone, and are not used, such as "
         "results/checks/3mm/r09.json",
     ]
-
-
-@pytest.mark.parametrize(
-    ("now", "wanted", "told"),
-    [(500, "auto", ""), (501, 1, ""), (501, "auto", "501 recordings: .* up to 16 instead of 1, ")],
-)
-def test_an_archive_that_passes_a_limit_is_told_that_all_is_made_again(capsys, now, wanted, told):
-    write_lists(*((f"3mm/r{run}", "accepted", "", "", "") for run in range(500)))
-    run_of([f"3mm/r{run}" for run in range(now)], wanted).begin()
-    told += "so everything is made once more.\n" if told else ""
-    assert re.fullmatch(told, capsys.readouterr().err)
 
 
 def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(monkeypatch, capsys):
