@@ -15,7 +15,7 @@ from capsule.detectors.network import EMBEDDED
 from capsule.detectors.registry import DETECTORS, detector_class
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.shipped import Diagonal, NearestTemplate, Taught
-from capsule.detectors.verdicts import row_verdict, verdict_word
+from capsule.detectors.verdicts import row_verdict
 from capsule.errors import CapsuleError
 from capsule.method import templates as method
 from capsule.method.particle import Particle, render
@@ -238,25 +238,20 @@ def test_the_wanted_score_rises_with_the_size_and_not_beyond_3_mm():
 # The five verdicts.
 
 
-@pytest.mark.parametrize(
-    ("score", "threshold", "probability", "others", "word"),
-    [
-        (2.0, 1.0, 0.5, {}, "nodule"),
-        (2.0, 1.0, 0.49, {}, "uncertain: pass again"),
-        (2.0, 1.0, np.nan, {}, "nodule"),
-        (1.0, 1.0, 0.9, {}, "no nodule"),
-        (9.0, 1.0, 0.9, {"unlike": True}, "unlike the recordings that teach"),
-        (0.0, 1.0, 0.1, {"unlike": True}, "unlike the recordings that teach"),
-        (9.0, 1.0, 0.9, {"unlike": True, "reason": "no wave"}, "no verdict"),
-        (np.nan, 1.0, np.nan, {}, "no verdict"),
-        (2.0, None, None, {}, "no verdict"),
-    ],
-)
-def test_a_verdict_is_one_of_five(score, threshold, probability, others, word):
-    assert verdict_word(score, threshold, probability, **others) == word
-    # A row of a table says the same; an empty cell of a reason is NaN.
-    row = {"score": score, "threshold": threshold, "probability": probability}
-    row |= {"familiar": "no" if others.get("unlike") else "yes"}
-    assert row_verdict(row | {"no_verdict": others.get("reason", np.nan)}) == word
+def test_a_verdict_is_one_of_five():
+    for score, threshold, probability, familiar, reason, word in (
+        (2.0, 1.0, 0.5, "yes", np.nan, "nodule"),
+        (2.0, 1.0, 0.49, "yes", np.nan, "uncertain: pass again"),
+        (2.0, 1.0, np.nan, "yes", np.nan, "nodule"),
+        (1.0, 1.0, 0.9, "yes", np.nan, "no nodule"),
+        (9.0, 1.0, 0.9, "no", np.nan, "unlike the recordings that teach"),
+        (0.0, 1.0, 0.1, "no", np.nan, "unlike the recordings that teach"),
+        (9.0, 1.0, 0.9, "no", "no wave", "no verdict"),
+        (np.nan, 1.0, np.nan, "yes", np.nan, "no verdict"),
+        (2.0, None, None, "yes", np.nan, "no verdict"),
+    ):
+        # An empty cell of a reason is NaN.
+        row = {"score": score, "threshold": threshold, "probability": probability}
+        assert row_verdict(row | {"familiar": familiar, "no_verdict": reason}) == word
     # A place that was passed several times has no probability.
     assert row_verdict({"score": 2.0, "threshold": 1.0}) == "nodule"

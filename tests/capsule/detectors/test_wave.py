@@ -43,42 +43,32 @@ def white(numbers):
     return (500 + numbers.normal(0, numbers.uniform(0.5, 60), (4, 420))).round()
 
 
-def toggling(numbers):
-    return 500.0 + (numbers.random((4, 420)) < 0.5)
-
-
 def slow(numbers):
     recursion = [1, -numbers.uniform(0.5, 0.99)]
     return (500 + lfilter([1], recursion, numbers.normal(0, 8, (4, 620)), axis=1)[:, 200:]).round()
 
 
-HUM = "all sensors respond at the same time: interference, not a travelling wave"
-SHORT, SINGLE = wave(numbers_of("short")), white(numbers_of("single"))
-
-
-@pytest.mark.parametrize(
-    ("values", "reason"),
-    [
-        (wave(numbers_of("wave")), ""),
+def test_a_recording_has_a_wave_that_travels_or_a_reason():
+    usual, noise = wave(numbers_of("wave")), white(numbers_of("single"))
+    for values, reason in (
+        (usual, ""),
         (wave(numbers_of("back"), travel=-1.0), ""),
         (wave(numbers_of("weak"), height=4.0), ""),
-        (wave(numbers_of("hum"), travel=0.0), HUM),
-        (np.where(np.arange(420) // 15 == 7, np.nan, wave(numbers_of("gap"))), ""),
-        (SHORT[:, :162], ""),
-        (SHORT[:, :100], "the recording is shorter than four waves of 3.2 s"),
+        (wave(numbers_of("hum"), travel=0.0), "all sensors respond at the same time: interference"),
+        (np.where(np.arange(420) // 15 == 7, np.nan, usual), ""),
+        (usual[:, :162], ""),
+        (usual[:, :100], "the recording is shorter than four waves of 3.2 s"),
         # A single sensor cannot be compared.
-        (SINGLE[:1], ""),
-        (SINGLE[:2], "no wave on sensor_1 and sensor_2"),
-    ],
-)
-def test_a_recording_has_a_wave_that_travels_or_a_reason(values, reason):
-    assert reason_of(values) == reason
-    # A rate of one asks for nothing.
-    assert reason_of(values, false_rate=1) == ""
+        (noise[:1], ""),
+        (noise[:2], "no wave on sensor_1 and sensor_2"),
+    ):
+        assert reason_of(values).partition(", not")[0] == reason
+        # A rate of one asks for nothing.
+        assert reason_of(values, false_rate=1) == ""
 
 
 @pytest.mark.takes(2)
-@pytest.mark.parametrize("noise", [white, toggling, slow])
+@pytest.mark.parametrize("noise", [white, slow])
 def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(noise):
     passed, runs = 0, 150
     for run in range(runs):
@@ -100,9 +90,7 @@ def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_tes
         agreed = np.exp(np.sqrt(1 + 4 * count) - (1 + 2 * count))
         assert rayleigh(np.full(count, 1j)) == pytest.approx(agreed)
     # Zar (2010), example 27.1: eight angles with r = 0.82522, and 0.001 < P < 0.002.
-    angles = np.radians([45, 55, 81, 96, 110, 117, 132, 154])
-    assert abs(np.exp(1j * angles).mean()) == pytest.approx(0.82522, abs=1e-5)
-    assert 0.001 < rayleigh(np.exp(1j * angles)) < 0.002
+    assert 0.001 < rayleigh(np.exp(1j * np.radians([45, 55, 81, 96, 110, 117, 132, 154]))) < 0.002
 
 
 @pytest.mark.parametrize(("share", "passes"), [(0.22, False), (0.28, True), (-0.28, True)])
@@ -126,15 +114,12 @@ def test_each_sensor_gets_its_part_of_the_false_rate():
     assert refused.startswith("no wave on sensor_") and f"sensor_{worst + 1}" in refused
 
 
-def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
+def test_missing_samples_lie_on_a_line_or_at_the_nearest_reading_and_a_wave_keeps_sixteen():
     nan = np.nan
     values = np.array([[nan, nan, 2.0, nan, nan, 8.0, nan], [1.0, nan, 5.0, 7.0, 7.0, nan, 9.0]])
     expected = [[2.0, 2.0, 2.0, 4.0, 6.0, 8.0, 8.0], [1.0, 3.0, 5.0, 7.0, 7.0, 8.0, 9.0]]
     np.testing.assert_allclose(waves.fill_missing(values), expected)
-
-
-def test_a_wave_keeps_sixteen_samples():
-    values = generator(1, "thinned").normal(size=(2, 101))
+    values = numbers_of("thinned").normal(size=(2, 101))
     for period, stride in ((5.0, 1), (16.0, 1), (31.9, 1), (32.0, 2), (47.9, 2), (48.0, 3)):
         made, by = waves.thinned(values, period)
         assert by == stride
@@ -232,8 +217,7 @@ def traits_of(values):
 @pytest.mark.parametrize(("period_s", "step_s"), [(2.5, -0.3), (4.0, 0.0), (2.5, 0.6)])
 def test_period_and_steps_are_found(period_s, step_s):
     traits = traits_of(wave_readings(period_s, step_s))
-    assert traits.period_s == pytest.approx(period_s, rel=0.01)
-    assert traits.step_s == pytest.approx(step_s, abs=0.01)
+    assert (traits.period_s, traits.step_s) == pytest.approx((period_s, step_s), abs=0.01)
     assert traits.step_spread_s < 0.02 and traits.unsteadiness < 0.01 and traits.wave_share > 0.98
 
 
@@ -263,8 +247,7 @@ def test_an_irregular_wave_is_unsteady_and_its_depth_is_measured_along_its_own_p
 def test_a_single_sensor_has_no_steps_and_a_dead_sensor_or_fewer_than_four_waves_no_traits():
     single, pair = (traits_of(wave_readings(sensors=sensors)) for sensors in (1, 2))
     assert np.isnan([single.step_s, single.step_spread_s]).all()
-    assert single.period_s == pytest.approx(3.2, rel=0.01)
-    assert pair.step_s == pytest.approx(0.25, abs=0.01)
+    assert (single.period_s, pair.step_s) == pytest.approx((3.2, 0.25), abs=0.01)
     for values in (wave_readings() * [[1], [1], [0], [1]], wave_readings(samples=100)):
         assert traits_of(values) == UNKNOWN_TRAITS
 
