@@ -110,14 +110,12 @@ def test_sizes_between_those_taught_are_estimated():
     features = generator(1, "sizes").normal(size=(40, 3))
     features[:, 0] = np.repeat([1.0, 2.0, 3.0, 5.0], 10)
 
-    model, none = (
-        fit_sizes(rows, rows[:, 0], apart(len(rows)), rows[:, 0] > 0, ridge=0.1, confidence=0.9)
-        for rows in (features, features[:0])
-    )
+    rules, every = {"ridge": 0.1, "confidence": 0.9}, apart(40)
+    model = fit_sizes(features, features[:, 0], every, every >= 0, **rules)
     assert model.estimate(np.array([2.5, 0.0, 0.0])) == pytest.approx(2.5, abs=0.05)
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
-    assert none is None
+    assert fit_sizes(features[:0], *[every[:0]] * 3, **rules) is None
 
 
 @given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))
