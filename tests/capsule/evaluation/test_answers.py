@@ -85,9 +85,7 @@ def test_the_page_says_why_no_size_is_reliably_found():
     ):
         rates = rates_of(evaluated(verdicts(*counts)))
         assert answers_of(rates, *OF_RULE).not_reliable(0.85) == reason
-
-
-def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_it():
+    # A bound at the level is reliable, and so many recordings, all right, show it.
     found = {size_mm: Estimate(1.0, 0.8, 1.0, 9, 9, 0.85) for size_mm in (2.0, 3.0)}
     assert told.smallest_reliable_size(found, 0.85, 0.85) == 2.0
     needed, z = told.recordings_to_show(0.85), 1.6448536269514722
@@ -201,9 +199,8 @@ OF_TAUGHT = np.array(SCORES["taught"])
 TEMPLATE, NAN = {"template": SCORES["template"]}, UNKNOWN
 
 
-@pytest.mark.parametrize(
-    ("scores", "named", "detector", "sensitivity"),
-    [
+def test_detectors_are_compared_at_the_same_specificity():
+    for scores, named, detector, sensitivity in (
         # The one that finds most at the same specificity leads, unless another is named.
         (SCORES, "best", "diagonal", 0.75),
         (TURNED, "best", "taught", 0.75),
@@ -216,13 +213,11 @@ TEMPLATE, NAN = {"template": SCORES["template"]}, UNKNOWN
         ({"taught": [NAN, NAN, 0, 0.5, 2, 2, 2, 2]}, "best", "taught", 0.0),
         # Where nothing can be compared, the first leads.
         ({"diagonal": [NAN] * 8, "template": [NAN] * 8}, "best", "diagonal", NAN),
-    ],
-)
-def test_detectors_are_compared_at_the_same_specificity(scores, named, detector, sensitivity):
-    lead = leading(summary(**scores), list(scores), SCHEMES, named)
-    assert (lead.detector, lead.named) == (detector, named != "best")
-    assert lead.sensitivity == pytest.approx(sensitivity, nan_ok=True)
-    assert lead.compared == (0 if math.isnan(sensitivity) else len(scores))
+    ):
+        lead = leading(summary(**scores), list(scores), SCHEMES, named)
+        assert (lead.detector, lead.named) == (detector, named != "best")
+        assert lead.sensitivity == pytest.approx(sensitivity, nan_ok=True)
+        assert lead.compared == (0 if math.isnan(sensitivity) else len(scores))
 
 
 def test_scores_are_compared_with_the_threshold_of_their_fold_and_held_out_ones_never_choose():

@@ -46,9 +46,8 @@ RULE = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
 NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
 
 
-@pytest.mark.parametrize(
-    ("sites", "detector", "specificity", "key", "threshold", "detected"),
-    [
+def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many():
+    for sites, detector, specificity, key, threshold, detected in (
         # Of 10 healthy places the threshold is the mean of rank 9, that of h8. The mean of a
         # healthy site does not teach its own threshold: of the 9 others the rank is 8.
         (HEALTHY | NODULE, "diagonal", 0.8, "n", 8.1, True),
@@ -65,17 +64,13 @@ NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
         # Without a healthy site, or without a score, nothing is said.
         ({"n": passes(3.0, 9.0, 8.0)}, "diagonal", 0.9, "n", UNKNOWN, None),
         (HEALTHY | {"n": passes(3.0, UNKNOWN)}, "diagonal", 0.5, "n", None, None),
-    ],
-)
-def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many(
-    sites, detector, specificity, key, threshold, detected
-):
-    verdict = verdict_of(sites, key, specificity, detector)
-    assert verdict["detected"] is detected
-    assert verdict["passes"] == sites[key]["score"].count()
-    if verdict["passes"]:
-        assert verdict["score"] == pytest.approx(sites[key]["score"].mean())
-        assert verdict["threshold"] == pytest.approx(threshold, nan_ok=True)
+    ):
+        verdict = verdict_of(sites, key, specificity, detector)
+        assert verdict["detected"] is detected
+        assert verdict["passes"] == sites[key]["score"].count()
+        if verdict["passes"]:
+            assert verdict["score"] == pytest.approx(sites[key]["score"].mean())
+            assert verdict["threshold"] == pytest.approx(threshold, nan_ok=True)
 
 
 def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
@@ -96,9 +91,8 @@ LOUD = dict.fromkeys(ONE_SILENT, False) | {"h8": True, "n": True}
 HALF_SILENT = ONCE_OR_MORE | {"h1": passes(0.0, UNKNOWN, 0.4)}
 
 
-@pytest.mark.parametrize(
-    ("sites", "count", "found"),
-    [
+def test_the_first_passes_over_every_place_are_judged_together():
+    for sites, count, found in (
         # h3 was passed only once.
         (ONCE_OR_MORE, 2, {"h1": False, "h2": False, "n1": True}),
         # If one pass has no verdict, the other one counts.
@@ -106,15 +100,13 @@ HALF_SILENT = ONCE_OR_MORE | {"h1": passes(0.0, UNKNOWN, 0.4)}
         (ONE_SILENT, 1, LOUD),
         # No healthy site was passed three times: nothing can be judged by three passes.
         (HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}, 3, {}),
-    ],
-)
-def test_the_first_passes_over_every_place_are_judged_together(sites, count, found):
-    verdicts = detections_by_passes(by_site(sites), "diagonal", count, 0.9)
-    assert dict(zip(verdicts["site"], verdicts["detected"], strict=True)) == found
-    assert all(verdicts["size_mm"] == [sites[name]["size_mm"][0] for name in verdicts["site"]])
+    ):
+        verdicts = detections_by_passes(by_site(sites), "diagonal", count, 0.9)
+        assert dict(zip(verdicts["site"], verdicts["detected"], strict=True)) == found
+        assert all(verdicts["size_mm"] == [sites[name]["size_mm"][0] for name in verdicts["site"]])
 
 
-def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called():
+def test_passes_come_in_the_order_of_the_index_whatever_they_are_called():
     # The threshold of a site with two passes is the mean of the first two of the healthy site.
     sites = dict.fromkeys(["2mm/z", "2mm/b", "2mm/a"], "p") | {"3mm/y": "q", "3mm/x": "q"}
     verdicts = pd.DataFrame({"recording": list(sites), "size_mm": [0.0] * 3 + [3.0] * 2})
