@@ -2,13 +2,12 @@
 
 import itertools
 import threading
-from contextlib import nullcontext
 from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.bench import bench_errors, board, fold, survey_bench, wave
@@ -23,8 +22,6 @@ from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.scripted import FakeLine, board_on, identity_of
 
 WAVE = Wave(25.0, 25.0, "forward")
-
-
 told = []  # what the user was told in a test
 LOG = SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
 
@@ -57,8 +54,9 @@ def clock(monkeypatch):
     return now
 
 
-# Kills: a lease of 50 s, and a start without the thread that renews the lease.
-def test_a_wave_is_started_with_a_lease_that_a_thread_renews(line, monkeypatch):
+# Kills: a lease of 50 s, and a start without the thread that renews the lease; a firmware that
+# knows no leases, of which nobody is told.
+def test_a_wave_is_started_with_a_lease_that_a_thread_renews_if_its_board_can(line, monkeypatch):
     looked = threading.Event()
     monkeypatch.setattr(Drive, "look", lambda drive: looked.set())
     drive = Drive(board_on(line), WAVE, LOG)
@@ -67,6 +65,12 @@ def test_a_wave_is_started_with_a_lease_that_a_thread_renews(line, monkeypatch):
     assert looked.wait(10)
     assert line.sent == ["direction,forward", "ramp,25", "speed,25", "lease,5", "start"]
     assert (drive.leave(), line.sent[-1]) == ("", "stop")
+    line.answers["lease"] = "E,lease,unknown"
+    Drive(board_on(line), WAVE, LOG).set_up()
+    assert "the wave will not stop if this computer fails" in told[0]
+    line.answers["speed"] = "E,speed,the motor follows 800"
+    with pytest.raises(bench_errors.RefusedError, match="refuses 'speed,25': the motor"):
+        Drive(board_on(line), WAVE, LOG).set_up()
 
 
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one;
@@ -147,16 +151,6 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     assert len(told) == 3
 
 
-# Kills: a firmware that knows no leases, of which nobody is told.
-def test_a_wave_without_a_lease_runs_and_one_that_the_motor_cannot_make_is_refused(line):
-    line.answers["lease"] = "E,lease,unknown"
-    Drive(board_on(line), WAVE, LOG).set_up()
-    assert "the wave will not stop if this computer fails" in told[0]
-    line.answers["speed"] = "E,speed,the motor follows 800"
-    with pytest.raises(bench_errors.RefusedError, match="refuses 'speed,25': the motor"):
-        Drive(board_on(line), WAVE, LOG).set_up()
-
-
 FRAMES = {
     "fold": ["F,10,0,unfolded,unfolded"],
     "peristalsis": ["P,10,10,0.6,25.0,running,"],
@@ -225,12 +219,12 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     assert said in capsys.readouterr().err
 
 
-def resumed_drive_of(board, log):
-    drive = Drive(board, WAVE, log, restarts=3)
-    drive.phase.begin_anew()
-    return drive
+def drive_of(board, log):
+    return Drive(board, WAVE, log, restarts=3)
 
 
+# The index was passed three waves ago.
+BLOCKED = ["P,10,4000,235.6,25.0,running,1"]
 FAULT = ["F,10,0,unfolded,fault"]
 FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
 RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
@@ -243,7 +237,7 @@ RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
     [
         # What is damaged tells nothing.
         (FoldBoard, [["X"]], 16, BoardLostError, "has sent nothing for 15 s"),
-        (resumed_drive_of, [FRAMES["peristalsis"]], 16, BoardLostError, "has no index switch"),
+        (drive_of, [BLOCKED], 16, BoardLostError, "its motor is blocked"),
         (FoldBoard, [[*FAULT, "E,fold,not set up"]], 0, SurveyFaultError, "--fold-set-up"),
         (FoldBoard, [FOLDS_NO_MORE], 0, SurveyFaultError, "replace the board"),
         (FoldBoard, 2 * [FAULT], 16, SurveyFaultError, "has reported a fault for 30 s"),
@@ -286,38 +280,37 @@ def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(l
 
 
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
-@pytest.mark.parametrize(("paused_s", "ends"), [(3.2, False), (3.3, True)])
-def test_a_survey_that_was_stopped_until_a_lease_may_have_ended_starts_nothing_itself(
-    line, monkeypatch, paused_s, ends
-):
-    bench, _ = bench_on(peristalsis=line)
-    monkeypatch.setattr(wave.AWAKE, "pause_s", lambda: paused_s)
-    with pytest.raises(AcquisitionError, match="look at the bench") if ends else nullcontext():
+def test_a_survey_that_was_stopped_until_a_lease_may_have_ended_starts_nothing(line, monkeypatch):
+    bench, paused_s = bench_on(peristalsis=line)[0], iter((3.2, 3.3))
+    monkeypatch.setattr(wave.AWAKE, "pause_s", lambda: next(paused_s))
+    assert bench.read(8) is None
+    line.sent.clear()
+    with pytest.raises(AcquisitionError, match="look at the bench"):
         bench.read(8)
-    assert line.sent == ([] if ends else ["position"])
+    assert line.sent == []
 
 
 CLOSE_IT = {"setup": "E,setup,the switch unfolded alone must be closed"}
 
 
 @pytest.mark.parametrize(
-    ("typed", "known", "on_terminal", "answers", "sent", "said"),
+    ("typed", "known", "answers", "sent", "said"),
     [
-        (" 'Unfolded' ", "no", True, {}, ["setup,unfolded"], "is set up"),
-        ("unfolded", "no", True, CLOSE_IT, ["setup,unfolded"], "must be closed"),
-        ("unfolded", "yes", True, {}, [], "nothing is to be done"),
+        (" 'Unfolded' ", "no", {}, ["setup,unfolded"], "is set up"),
+        ("unfolded", "no", CLOSE_IT, ["setup,unfolded"], "must be closed"),
+        ("unfolded", "yes", {}, [], "nothing is to be done"),
         # Whoever has not looked changes nothing.
-        ("yes", "no", True, {}, [], "is not set up"),
-        ("unfolded", "no", False, {}, [], "run it on a terminal"),
+        ("yes", "no", {}, [], "is not set up"),
+        (None, "no", {}, [], "run it on a terminal"),
     ],
 )
 def test_a_person_who_has_looked_sets_a_new_fold_board_up(
-    line, monkeypatch, capsys, typed, known, on_terminal, answers, sent, said
+    line, monkeypatch, capsys, typed, known, answers, sent, said
 ):
     line.answers = answers
     new = board_on(line, "fold", setup=known)
     monkeypatch.setattr(fold, "Board", lambda *_: new)
-    monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: on_terminal))
+    monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: typed is not None))
     try:
         fold.set_up_fold("/dev/board", 115200, lambda question: typed)
         output = capsys.readouterr().out
@@ -354,19 +347,16 @@ class Cams:
         way_mm = abs(speed_mm_s) * EVERY_S
         for _ in range(round(seconds / EVERY_S)):
             self.now_s += EVERY_S
-            self.counted_mm += way_mm
+            self.counted_mm += self.sign * way_mm
             self.cam_mm += 0.0 if stalled else way_mm
             beyond_mm = (self.cam_mm - 17.0) % WAVELENGTH_MM
             if self.indexed and not stalled and beyond_mm < way_mm:
-                self.index_steps = self.steps(self.counted_mm - beyond_mm)
+                index_mm = self.counted_mm - self.sign * beyond_mm
+                self.index_steps = round(index_mm * HALF_STEPS_PER_MM)
             board_ms = round(1000 * (self.now_s - self.started_s))
-            counted_mm, steps = round(self.sign * self.counted_mm, 3), self.steps(self.counted_mm)
-            frame = Position(board_ms, steps, counted_mm, speed_mm_s, state, self.index_steps)
+            counted = round(self.counted_mm * HALF_STEPS_PER_MM), round(self.counted_mm, 3)
+            frame = Position(board_ms, *counted, speed_mm_s, state, self.index_steps)
             self.phase.note(frame, self.now_s + delay_s)
-
-    def steps(self, way_mm):
-        """Return the board's half-steps for a way."""
-        return self.sign * round(way_mm * HALF_STEPS_PER_MM)
 
     def off_mm(self):
         """Return the error of the phase against the cams, modulo a wavelength."""
@@ -374,9 +364,8 @@ class Cams:
         return (wave_mm - (self.cam_mm - self.origin_mm) + 40) % WAVELENGTH_MM - 40
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_the_way_is_that_of_the_cams_at_any_moment_and_else_nobody_knows_it(sign):
-    cams = Cams(sign)
+def test_the_way_is_that_of_the_cams_at_any_moment_and_else_nobody_knows_it():
+    cams = Cams(sign=-1)
     assert np.isnan(cams.phase.at(np.array([1.0]))).all()
     cams.run(0.4, state="stopped")
     cams.run(10.0)
@@ -390,20 +379,24 @@ def test_the_way_is_that_of_the_cams_at_any_moment_and_else_nobody_knows_it(sign
     assert np.isnan(cams.phase.at(moments_s)).tolist() == [False, True, False, True]
     cams.run(1.0, state="stopped")
     assert not cams.phase.known
+    # A reset before the first index loses the phase for good.
+    cams = Cams(cam_mm=18.0)
+    cams.run(1.0)
+    cams.reset()
+    cams.run(20.0)
+    assert (cams.phase.index_mm, cams.phase.known) == (None, False)
 
 
-@given(
-    sign=st.sampled_from([1, -1]),
-    cam_mm=st.floats(0, 80),
-    indexed=st.booleans(),
-    before_s=st.floats(7, 20),
-    mishaps=st.lists(st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05)), max_size=3),
-)
+MISHAPS = st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05))
+
+
+@settings(max_examples=15)
+@given(st.sampled_from([1, -1]), st.floats(0, 80), st.booleans(), st.lists(MISHAPS, max_size=3))
 def test_after_resets_and_lost_steps_the_index_tells_the_same_phase_and_else_nobody_does(
-    sign, cam_mm, indexed, before_s, mishaps
+    sign, cam_mm, indexed, mishaps
 ):
     cams = Cams(sign, cam_mm, indexed)
-    cams.run(before_s)
+    cams.run(8.0)
     assert cams.off_mm() == pytest.approx(0.0, abs=0.3)
     for resets, runs_s, delay_s in mishaps:
         if resets or not indexed:
@@ -416,11 +409,3 @@ def test_after_resets_and_lost_steps_the_index_tells_the_same_phase_and_else_nob
         cams.run(runs_s, delay_s=delay_s)
         assert cams.phase.known == indexed
         assert not indexed or cams.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
-
-
-def test_a_reset_before_the_first_index_loses_the_phase_for_good():
-    cams = Cams(cam_mm=18.0)
-    cams.run(1.0)
-    cams.reset()
-    cams.run(20.0)
-    assert (cams.phase.index_mm, cams.phase.known) == (None, False)
