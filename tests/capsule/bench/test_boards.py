@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import serial
 
-from capsule.bench import board, line, recorder
+from capsule.bench import board, line
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -31,7 +31,6 @@ from capsule.bench.protocol import Acknowledgement, Damaged, encode
 from capsule.bench.record_command import exit_statuses
 from capsule.commands import cli
 from support.bench.scripted import FakeLine, board_on, identity_of
-from support.command import parsers
 from support.marks import needs_terminals
 from support.project import ROOT
 
@@ -138,19 +137,16 @@ def find(skip=()):
     return board.connect(None, 115200, "logger", print, skip)
 
 
-def test_the_board_is_found_among_others_without_a_question(plug):
+def test_a_board_is_found_without_a_question_or_asked_after_three_seconds(plug, clock, monkeypatch):
     opened = plug(usb_port("A", ids=(None, None)), C="peristalsis", B="logger", D="logger")
     assert find(skip=["D"]).port == "B"
     # Neither the built-in port nor the one to be left alone.
     told = {name: (port.closed, port.sent) for name, port in opened.items()}
     assert told == {"B": (False, []), "C": (True, [])}
-
-
-def test_the_search_listens_for_three_seconds_before_it_asks(plug, clock, monkeypatch):
-    asked = []
+    asked, begun_s = [], clock.s
 
     def answer(port, payload):
-        asked.append((port.port, payload, clock.s >= 103.0))
+        asked.append((port.port, payload, clock.s >= begun_s + 3.0))
         port.frames.append(identity_of("logger"))
 
     monkeypatch.setattr(FakeLine, "send", answer)
@@ -165,65 +161,44 @@ PUMP = usb_port("ttyUSB0", ids=(0x1A86, 0x7523))
 
 # Kills: a search that opens a lab's pump, guesses between two boards, or leaves a port open.
 @pytest.mark.parametrize(
-    ("others", "behind", "opened", "told"),
+    ("behind", "opened", "told"),
     [
-        ([PUMP], {"B": "peristalsis"}, "B", "is the peristalsis board|not opened|1A86:7523"),
-        ([], {"A": "logger", "B": "logger"}, "AB", "2 boards of the kind logger: A, B; |--port"),
-        ([], {"A": b"", "B": PortBusyError("B is busy")}, "A", "nothing answers at A|B is busy"),
-        ([], {}, "", "plug it in"),
+        ({"B": "peristalsis"}, "B", "B is the peristalsis board.*not opened.*1A86:7523"),
+        ({"A": "logger", "B": "logger"}, "AB", "2 boards of the kind logger: A, B; .*--port"),
+        ({"A": b"", "B": PortBusyError("B is busy")}, "A", "nothing answers at A.*B is busy"),
+        ({}, "", "plug it in"),
     ],
 )
-def test_a_search_without_one_board_says_what_each_port_answered(
-    plug, others, behind, opened, told
-):
-    ports = plug(*others, **behind)
-    with pytest.raises(BoardNotFoundError) as reason:
+def test_a_search_without_one_board_says_what_each_port_answered(plug, behind, opened, told):
+    ports = plug(PUMP, **behind)
+    with pytest.raises(BoardNotFoundError, match=f"(?s){told}"):
         find()
-    assert [words for words in told.split("|") if words not in str(reason.value)] == []
     assert "".join(ports) == opened
     assert all(port.closed for port in ports.values())
 
 
-def says(device, **changes):
-    return {"frames": [identity_of(device, **changes)]}
-
-
 @pytest.mark.parametrize(
-    ("device", "found", "kind", "said"),
+    ("found", "kind", "said"),
     [
-        ("logger", {"lost": True}, NoAnswerError, "at A was disconnected before it identified"),
-        ("logger", {"receive": Mock(side_effect=KeyboardInterrupt)}, KeyboardInterrupt, ""),
-        ("logger", {"first_bytes": bytes(range(128, 256))}, WrongBaudError, "(--baud is 57600, "),
-        ("logger", {"first_bytes": b"1 2 3 4 5\r\n" * 3}, WrongBoardError, "another program"),
-        ("logger", {"frames": ["D,1,100,1,2,3,4,0"]}, NoAnswerError, "answer 'identify'"),
-        ("fold", says("fold", protocol="2"), WrongBoardError, "reports protocol=2; upload"),
-        ("logger", says("logger", adc_bits=None), WrongBoardError, "no adc_bits"),
-        ("logger", says("logger", rate_hz="0"), WrongBoardError, "rate_hz=0"),
-        ("logger", says("logger", channels="4.0"), WrongBoardError, "channels=4.0"),
-        ("peristalsis", says("peristalsis", wavelength_mm=None), WrongBoardError, "no wavelength"),
+        ({"lost": True}, NoAnswerError, "at A was disconnected before it identified"),
+        ({"receive": Mock(side_effect=KeyboardInterrupt)}, KeyboardInterrupt, ""),
+        ({"first_bytes": bytes(range(128, 256))}, WrongBaudError, "(--baud is 57600, "),
+        ({"first_bytes": b"1 2 3 4 5\r\n" * 3}, WrongBoardError, "another program"),
+        ({"frames": ["D,1,100,1,2,3,4,0"]}, NoAnswerError, "answer 'identify'"),
+        ({"frames": [identity_of("logger", protocol="2")]}, WrongBoardError, "reports protocol=2"),
+        ({"frames": [identity_of("logger", adc_bits=None)]}, WrongBoardError, "no adc_bits"),
+        ({"frames": [identity_of("logger", rate_hz="0")]}, WrongBoardError, "rate_hz=0"),
+        ({"frames": [identity_of("logger", channels="4.0")]}, WrongBoardError, "channels=4.0"),
     ],
 )
-def test_a_port_without_its_board_is_refused_and_closed(
-    monkeypatch, clock, device, found, kind, said
-):
+def test_a_port_without_its_board_is_refused_and_closed(monkeypatch, clock, found, kind, said):
     talking = FakeLine("A", 57600)
     vars(talking).update(found)
     monkeypatch.setattr(board, "Line", lambda *_: talking)
     with pytest.raises(kind) as reason:
-        Board("A", 57600, device, print)
+        Board("A", 57600, "logger", print)
     assert said in str(reason.value)
     assert talking.closed
-
-
-def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch, tmp_path):
-    lost = FakeLine("lost")
-    connected = board_on(lost)
-    lost.lost = True
-    monkeypatch.setattr(recorder, "Board", lambda *_: connected)
-    words = f"--size 3 --drive lost --raw {tmp_path} --logs {tmp_path}"
-    with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
-        recorder.record(parsers()["record"].parse_args(words.split()))
-    assert lost.closed
 
 
 # Kills: samples lost that came before the identity; the begin of a frame that neither log nor count
@@ -264,9 +239,6 @@ def test_every_fault_has_a_status_of_its_own():
     assert all(f"\n| {status} | " in page for status in statuses)
     told = re.findall(r"^ +(\d+) ", exit_statuses("done", of_survey=True), re.MULTILINE)
     assert {0, 1, 2, *statuses} <= set(map(int, told))
-    # What goes wrong on the way back can happen to a survey alone.
-    for of_survey in (True, False):
-        assert ("   13 " in exit_statuses("done", of_survey=of_survey)) == of_survey
 
 
 def test_wrong_options_are_explained(capsys):
@@ -275,10 +247,8 @@ def test_wrong_options_are_explained(capsys):
         ("record --size three", "not a size in mm"),
         ("record --size 3 --duration 0", "not a number above 0"),
         ("record --size 3 --name r01.csv", "leave out .csv"),
-        ("record --size 3 --name=--", "argument --name: '--' is not a value"),
         ("record --size 3 --site \udcff", "printable characters (UTF-8)"),
         ("record --size 3 --setup " + "x" * 101, "1 to 100"),
-        ("record --size 3 --site=\N{IDEOGRAPHIC SPACE}", "1 to 100"),
         ("record --unlabelled --stream-in a'b", "not allowed as a stream's name"),
         ("record --unlabelled --stream-in a --port /dev/x", "give one of the two"),
         ("record --unlabelled --stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
@@ -287,7 +257,6 @@ def test_wrong_options_are_explained(capsys):
         ("survey --drive p --out x", "needs --fold PORT"),
         ("survey --simulate", "--out FOLDER"),
         ("survey --simulate --out x --goto 1500", "the gut is 1000 mm long"),
-        ("survey --simulate --out x --metres 50", "'50' is not a number from 0.2 to 10 m"),
         ("survey --simulate --out x --nodules 9", "'9' is not a number from 0.1 to 5 mm"),
     ):
         with pytest.raises(SystemExit) as ended:

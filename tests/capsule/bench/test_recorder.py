@@ -295,7 +295,7 @@ SCRIPTS = st.lists(st.tuples(st.floats(0, 30), PIECES), max_size=60)
 
 
 @pytest.mark.takes(0.3)
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(SCRIPTS)
 def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
     monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
