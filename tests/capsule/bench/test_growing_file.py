@@ -24,10 +24,14 @@ def final(tmp_path):
     return tmp_path / "raw" / "3mm" / "r01.csv"
 
 
+def line_of(index):
+    return format_sample(index / 10, None if index % 5 == 3 else (index, 2, 3, 4))
+
+
 def part_of(final, count, **options):
     part = growing_file.GrowingFile(final, head_of(HEADER, 4), **options)
     for index in range(count):
-        part.add(format_sample(index / 10, None if index % 5 == 3 else (index, 2, 3, 4)))
+        part.add(line_of(index))
     part.flush()
     return part
 
@@ -41,7 +45,6 @@ def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch
     monkeypatch.setattr(growing_file.os, "link", link)
     part = part_of(final, 10)
     assert growing_file.unfinished(final.parents[1]) == [part.path]
-    assert growing_file.unfinished(final.parents[2] / "nowhere") == []
     assert not final.exists()
     with pytest.raises(NameExistsError, match="unfinished"):
         part_of(final, 0)
@@ -64,7 +67,7 @@ def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch
 def test_an_entry_is_amended_in_its_place_at_any_moment(final):
     part = growing_file.GrowingFile(final, head_of(HEADER | {"wave_until_s": "end"}, 4))
     for number, until in enumerate(("44.8", "end", "123456.7")):
-        part.add(format_sample(number / 10, (number, 2, 3, 4)))
+        part.add(line_of(number))
         part.flush()
         part.amend(head_of(HEADER | {"wave_until_s": until}, 4))
         assert read_recording(part.path, 4).header["wave_until_s"] == until
@@ -99,8 +102,6 @@ def replace_folder(path):
     [
         (Path.unlink, "raw/3mm/r01", {}),
         (lambda path: shutil.rmtree(path.parents[1]), "raw/3mm/r01", {}),
-        (lambda path: path.rename(path.with_name("other.part")), "raw/3mm/r01",
-         {"raw/3mm/other.part": "0.2,2,2,3,4\n"}),
         (lambda path: path.parent.rename(path.parents[1] / "4mm"), "raw/3mm/r01",
          {"raw/4mm/r01.csv.part": "0.2,2,2,3,4\n"}),
         (replace_file, "raw/3mm/r01-2", {"raw/3mm/r01.csv.part": "precious"}),
@@ -112,9 +113,8 @@ def test_what_was_lost_is_written_anew_and_nothing_overwritten(
 ):
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
     monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
-    told = []
+    told, expected = [], tmp_path / f"{goes_on_as}.csv"
     part = part_of(final, 3, tell=told.append)
-    expected = tmp_path / f"{goes_on_as}.csv"
     disturb(part.path)
     part.sync()
     part.add(format_sample(0.3, (3, 2, 3, 4)))
@@ -122,35 +122,29 @@ def test_what_was_lost_is_written_anew_and_nothing_overwritten(
     part.path.unlink()  # just before the end
     assert part.finish() == expected
     assert read_recording(expected, 4).values[0].tolist() == [0, 1, 2, 3]
-    text, again = told
-    assert f"all samples so far were copied to {expected}.part, and go on there" in text
-    assert again.startswith(f"warning: {expected}.part was deleted")
+    assert f"all samples so far were copied to {expected}.part, and go on there" in told[0]
+    assert told[1].startswith(f"warning: {expected}.part was deleted")
     for name, end in kept.items():
         assert (tmp_path / name).read_text().endswith(end)
 
 
 def take_all_names(path):
     path.unlink()
-    for folder in (path.parent, path.parents[2] / "elsewhere/capsule-recordings/3mm"):
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in ("r01.csv", *(f"r01-{number}.csv" for number in range(2, 10))):
-            (folder / name).touch()
+    for name in ("r01.csv", *(f"r01-{number}.csv" for number in range(2, 10))):
+        path.with_name(name).touch()
 
 
 @pytest.mark.parametrize(
-    ("disturb", "elsewhere", "reason"),
-    [
-        (replace_folder, "raw/3mm", "File exists"),  # a file, as well
-        (take_all_names, "elsewhere", "recordings of this name"),
-    ],
+    ("disturb", "reason"),
+    [(replace_folder, "File exists"), (take_all_names, "recordings of this name")],
 )
-def test_where_no_file_can_take_its_place_the_fault_says_why(
-    tmp_path, final, monkeypatch, disturb, elsewhere, reason
-):
+def test_where_no_file_can_take_its_place_the_fault_says_why(final, monkeypatch, disturb, reason):
+    elsewhere = final.parents[1] / "capsule-recordings"
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
-    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / elsewhere))
+    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(elsewhere.parent))
     part = part_of(final, 3)
     disturb(part.path)
+    elsewhere.symlink_to(final.parents[1])  # the same names are taken there
     with pytest.raises(AcquisitionError, match=f"cannot be written: {reason}"):
         part.sync()
 
@@ -159,17 +153,11 @@ def test_where_no_file_can_take_its_place_the_fault_says_why(
 @pytest.mark.parametrize(
     "left", [b"a\nb\nc\nd", b"a\nb\n", b"a\nb\nx", b"a\nb\nc\nother\n", b"", b"a\nB\nc\n"]
 )
-def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats_or_stays_as_it_is(final, left):
-    def resume():
-        return growing_file.GrowingFile(final, "a\n", growing_file.RESUME, resumed=True)
-
-    final.parent.mkdir(parents=True)
-    final.with_name("r01.csv.part").write_bytes(left)
-    file = resume()
+def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats_or_stays_as_it_is(part, left):
+    part.write_bytes(left)
+    file = growing_file.GrowingFile(part.with_suffix(""), "a\n", growing_file.RESUME, resumed=True)
     for line in ("b\n", "c\n"):
         file.add(line)
-    with pytest.raises(AcquisitionError, match="another program is writing"):
-        resume()
     if b"B" in left:
         with pytest.raises(AcquisitionError, match=r"differs in the resumed session.*--out"):
             file.repeated()
@@ -182,10 +170,7 @@ def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats_or_stays_as_it_
 
 
 HEAD = format_header(HEADER, 4).encode()
-LINES = [
-    format_sample(index / 10, None if index % 5 == 3 else (index, 2, 3, 4)).encode()
-    for index in range(500)
-]
+LINES = [line_of(index).encode() for index in range(500)]
 WHOLE = HEAD + b"".join(LINES)
 READINGS = np.random.default_rng(1).normal(2.5, 1.0, (525, 4))
 READINGS[7] = [1e-7, -0.25, 3.0, 12345.678901234567]
@@ -277,6 +262,8 @@ def test_a_running_recording_is_not_recovered(part):
     file = growing_file.GrowingFile(part.with_suffix(""), WHOLE.decode())
     with pytest.raises(AcquisitionError, match=r"another program is writing .*stop"):
         recovery.recover(part, 4)
+    with pytest.raises(AcquisitionError, match=r"another program is writing .*stop"):
+        growing_file.GrowingFile(file.final, "", resumed=True)
     file.close()
     recovery.recover(part, 4)
     with pytest.raises(AcquisitionError, match="not an unfinished recording"):
