@@ -31,7 +31,7 @@ def recording(**changes):
 def lacking(*lost, begins_s=0.0):
     """Return a recording without some samples."""
     whole, kept = recording(), without(*lost, samples=MADE)
-    return Recording(begins_s + whole.time_s[kept], whole.values[:, kept], whole.header)
+    return recording(time_s=begins_s + whole.time_s[kept], values=whole.values[:, kept])
 
 
 def without(*lost, samples=520):
@@ -71,24 +71,20 @@ def test_a_loose_sensor_and_marks_are_told_and_none_of_a_rejected_recording():
 
 
 # Kills: a remedy that names another file, or a name that the refused file has already.
-@pytest.mark.parametrize(
-    ("name", "path", "command"),
-    [
+def test_a_file_of_another_program_is_refused_with_the_import_that_shows_it():
+    content = format_recording(recording()).replace(b",", b";")
+    for name, path, command in (
         ("2.5mm/r01", "", "raw/2.5mm/r01.csv --size 2.5 --name r01-imported"),
         ("unlabelled/p", "of a friend/p.csv", "'of a friend/p.csv' --unlabelled"),
-    ],
-)
-def test_a_file_of_another_program_is_refused_with_the_import_that_shows_it(name, path, command):
-    content = format_recording(recording()).replace(b",", b";")
-    reason = check_recording(name, content, 1_000_000, CONFIG, path)[0]["reason"]
-    assert reason.endswith(f": capsule import {command} --dry-run")
+    ):
+        reason = check_recording(name, content, 1_000_000, CONFIG, path)[0]["reason"]
+        assert reason.endswith(f": capsule import {command} --dry-run")
 
 
 # Kills: samples after the wave stopped as evidence, and a time that nobody understands as none.
 @pytest.mark.parametrize(
     ("stated", "status", "columns", "reason"),
     [
-        ("44.8", "accepted", 448, "no wave ran from 44.8 s on"),
         # The last sample, too.
         ("52.4", "accepted", 524, "no wave ran from 52.4 s on"),
         ("end", "accepted", 525, ""),
@@ -115,18 +111,18 @@ def test_readings_of_a_clock_that_is_off_stand_at_their_time_and_gaps_stay_as_lo
 
     # The grid was the recording's own: at 0.96, a place at 12.45 s stood at 11.95 s.
     time_s = EVEN * factor
-    whole = accept(recording(time_s=time_s, values=pressed(time_s)), **SETTINGS)
+    kept = np.delete(time_s, np.arange(200, 215))
+    whole, values = (
+        accept(recording(time_s=each, values=pressed(each)), **SETTINGS) for each in (time_s, kept)
+    )
     even_s = np.arange(whole.shape[1]) * 0.1
     assert time_s[-1] - 0.1 < even_s[-1] <= time_s[-1] + 1e-9
     np.testing.assert_allclose(whole, pressed(even_s), atol=0.6)
-    kept = np.delete(time_s, np.arange(200, 215))
-    values = accept(recording(time_s=kept, values=pressed(kept)), **SETTINGS)
-    missing = np.isnan(values)
-    columns = np.flatnonzero(missing.all(axis=0))
-    np.testing.assert_allclose(columns[[0, -1]], [200 * factor, 214 * factor], atol=1)
+    _, columns = np.isnan(values).nonzero()
+    assert [columns.min(), columns.max()] == pytest.approx([200 * factor, 214 * factor], abs=1)
+    assert columns.size == 4 * (np.ptp(columns) + 1)
     # Beside a gap the nearer reading stands in, at most half a sample away.
-    np.testing.assert_allclose(np.where(missing, whole, values), whole, atol=10)
-    assert missing.sum() == 4 * columns.size
+    np.testing.assert_allclose(np.where(np.isnan(values), whole, values), whole, atol=10)
 
 
 # The last reading of 520 is half a sample away at 0.96e-3.
@@ -162,10 +158,8 @@ def changed_time(index, time_s):
         (with_sensor(3, np.where(INDEX < 200, 1023, INDEX)), "sensor_3 is at 1023, .* in 67 %"),
         (recording(header={"adc_bits": "9" * 5000}), "adc_bits: '9999999.*', .* not a number"),
         (recording(header={"adc_bits": "33"}), "adc_bits: '33'; .* a whole number, 1 to 32"),
-        (recording(header={"adc_bits": "10.5"}), "allowed is a whole number"),
         (recording(header={"vref_v": "0"}), "vref_v: 0; it must be above 0"),
         (recording(header={"rate_hz": "20"}), "rate_hz: 20, but the samples come at 10 Hz"),
-        (recording(header={"nodule_at_mm": "here"}), "nodule_at_mm: 'here', .* not a number"),
         # Before its readings are compared with the converter's range.
         (recording(header={"unit": "mV", "adc_bits": "10"}), "unit: 'mv'; allowed"),
     ],
@@ -210,13 +204,13 @@ def test_exactly_as_much_as_allowed_is_accepted_and_no_more(make, most, reason):
 def test_a_recording_is_never_cut_nor_shorter_than_the_window():
     # Over a single window no two sensors can be compared.
     settings = SETTINGS | {"rules": SECTION | {"max_sensor_correlation": 1.0}}
-    for name, limit, more, reason in (
-        ("length", MADE, -1, r"300 samples .* raise preprocessing\.length"),
-        ("window", MADE, 1, "300 samples are fewer than the window of 301"),
+    for name, beyond, reason in (
+        ("length", 299, r"300 samples .* raise preprocessing\.length"),
+        ("window", 301, "300 samples are fewer than the window of 301"),
     ):
-        assert accept(recording(), **settings | {name: limit}).shape == (4, MADE)
+        assert accept(recording(), **settings | {name: 300}).shape == (4, MADE)
         with pytest.raises(RecordingError, match=reason):
-            accept(recording(), **settings | {name: limit + more})
+            accept(recording(), **settings | {name: beyond})
 
 
 @pytest.mark.parametrize("window", [84, 85])
@@ -274,12 +268,11 @@ def test_a_column_is_that_of_the_time(time_s, kept, rules):
 def jittered(time_s, seed):
     """Return times moved by random jitter, but for the first and the last."""
     moved = time_s + np.random.default_rng(seed).normal(0.0, 0.025, time_s.size)
-    moved[[0, -1]] = time_s[[0, -1]]
-    return np.sort(moved)
+    return np.sort([time_s[0], *moved[1:-1], time_s[-1]])
 
 
 # Kills at 31: times without the line through their remainders.
-@pytest.mark.parametrize("seed", [*range(9), 31])
+@pytest.mark.parametrize("seed", [*range(4), 31])
 def test_jitter_invents_no_sample_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
     whole = columns_by_time(1e6 + jittered(EVEN, seed), **RULES)
     np.testing.assert_array_equal(whole, np.arange(SAMPLES))
@@ -304,7 +297,7 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
 @pytest.mark.parametrize(
     ("time_s", "reason", "rules"),
     [(*row, {}) for row in [
-        *((two_rates(each), CHANGES) for each in (4, 5, 8, 9, 11, 12.5, 20, 100)),
+        *((two_rates(each), CHANGES) for each in (4, 9, 11, 100)),
         # Jitter makes a rate less certain, by its standard error.
         (two_rates(8) + generator(1, "jitter").normal(0, 0.01, SAMPLES), CHANGES),
         (two_rates(9.14) + generator(1, "jitter").normal(0, 0.0025, SAMPLES), CHANGES),

@@ -17,12 +17,6 @@ def test_the_folder_is_the_label():
         assert naming.size_mm(f"{naming.size_label(size)}/r01") == size
 
 
-def test_what_lies_in_a_folder_that_names_no_size_is_named_once():
-    entries = [Entry("3cm", "folder"), Entry("3cm/r01.csv"), Entry(".git", "folder")]
-    entries += [Entry("3mm", "folder"), Entry(".5mm", "folder"), Entry(".5mm/notes")]
-    assert list(classify([*entries, Entry(".DS_Store")]).passed_over) == ["3cm/"]
-
-
 def test_recordings_are_ordered_by_size_then_by_number_then_by_letters():
     # Equal numbers keep their text. Names as long, and ends repeated as often, as allowed.
     runs = ["02", "2", "10", "a", "a2", "a2b", "a10", "ab", "r" + "01" * 19, "zy1-_" * 19 + "x"]

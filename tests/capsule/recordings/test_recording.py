@@ -52,13 +52,11 @@ def test_harmless_variants_read_the_same(content):
     ("content", "reason"),
     [
         (b"", "the file is empty"),
-        (b"\xef\xbb\xbf", "the file is empty"),
         (b"# source: x\n", "the file ends after its header; column names and samples are missing"),
         (b"time_s,sensor_1,sensor_2\n", "the file ends after its column names"),
         (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),
         (b"time_s,sensor_1,sensor_2,sensor_2\n0,1,2,3\n", "'sensor_2' appears more than once"),
         (b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n", "recording.sensors is 2"),
-        (BARE + b"0.2,x,1\n", "line 4: 'x' is not a number"),
         (BARE + b"0.2,nan,1\n", "line 4: 'nan' is not a number"),
         (BARE + b"0.2,1_0,1\n", "line 4: '1_0' is not a number"),
         (BARE + b"0.2,1,\n", "line 4: a cell is empty"),
@@ -76,7 +74,6 @@ def test_harmless_variants_read_the_same(content):
         (b"# session: a\n# session: b\n" + BARE, "line 2: .* session 'a' above, and 'b' here"),
         (b"#\n# Unit: V\n" + BARE, "line 2: the header says 'Unit'; write 'unit'"),
         (b"# kPa\n# wave 2\n" + BARE, "line 1: '# kPa' can be the unit of the readings"),
-        (b"# nodule at mm: 3\n" + BARE, "says 'nodule at mm'; write 'nodule_at_mm'"),
         (b"# Set-ups: a\n" + BARE, "says 'Set-ups'; write 'setup'"),
         (b"x" * 10_001, "line 1 has 10001 characters; .* at most 10000"),
         ((b"# note: " + b"x" * 4992 + b"\n") * 2 + b"#\n" + BARE, "line 3: the header lines hold"),
@@ -89,8 +86,6 @@ def test_harmless_variants_read_the_same(content):
         # Shorter than all others, if by decimals.
         (b"time_s,sensor_1,sensor_2\n0,1,9.25\n0.1,1,9.5", "line 3 is cut off"),
         (BARE + b"0.2,514,x", "line 4: 'x' is not a number"),
-        (BARE + b"1,1," + b"x" * 60 + b"\n", "line 4: 'x{60}' is not a number"),
-        (BARE + b"1,1," + b"x" * 61 + b"\n", r"line 4: 'x{57}\.\.\.' is not a number"),
     ],
 )
 def test_what_cannot_be_read_says_why(content, reason):
@@ -110,15 +105,12 @@ WORDS = st.text(st.characters(categories=["L", "N", "P"]))
 
 @given(arrays(np.float64, (3, 5), elements=st.floats(-1e6, 1e6)), WORDS)
 def test_what_is_written_is_read_again(values, note):
-    values[:, 2], header = np.nan, {"note": note}
-    written = form.Recording(np.arange(5) / 10, values, header)
-    recording = read(form.format_recording(written), sensors=3)
+    values[:, 2], time_s = np.nan, np.arange(5) / 10
+    written = form.format_recording(form.Recording(time_s, values, {"note": note}))
+    recording = read(written, sensors=3)
     np.testing.assert_array_equal(recording.values, values)
-    np.testing.assert_array_equal(recording.time_s, written.time_s)
-    assert recording.header == {"format_version": "1", **header}
-
-
-MADE = {"source": "x", "simulator_bench": "3", "simulator_seed": "1", "simulator_version": "2"}
+    np.testing.assert_array_equal(recording.time_s, time_s)
+    assert recording.header == {"format_version": "1", "note": note}
 
 
 @pytest.mark.parametrize(
@@ -126,8 +118,8 @@ MADE = {"source": "x", "simulator_bench": "3", "simulator_seed": "1", "simulator
     [
         ({}, "", ""),
         ({"source": "bench 2", "rate_hz": "10.0"}, "bench 2", "10"),
-        ({"source": "phantom", "simulator_seed": "1"}, "phantom, seed 1", ""),
-        (MADE | {"rate_hz": "ten"}, "x, version 2, bench 3, seed 1", "ten"),
+        ({"source": "x", "simulator_seed": "1", "rate_hz": "ten"}, "x, seed 1", "ten"),
+        ({"simulator_bench": "3", "simulator_version": "2"}, "version 2, bench 3", ""),
         ({"import_resampled": "from 99.87 Hz to 10 Hz, spline"}, "", "100"),
         ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "", "36"),
         ({"rate_hz": "10", "import_resampled": "from 100, 50 Hz to 10 Hz"}, "", "10"),
@@ -142,7 +134,6 @@ def test_numbers_are_written_so_that_they_read_as_the_same_and_counts_as_whole_n
     written = "12.3,1000000000000000.0,999999999999999,-3,0.1,123456789.5,1e-07\n"
     assert form.format_sample(12.3, numbers) == written
     assert list(map(float, written.split(",")[1:])) == numbers
-    assert form.format_sample(12.4, None) == "12.4,,,,\n"
     assert form.format_sample(12.4, None, sensors=2) == "12.4,,\n"
     one_line = form.Recording(np.arange(1), np.ones((2, 1)), {"source": "a\nb"})
     lines = form.format_recording(one_line).splitlines()
