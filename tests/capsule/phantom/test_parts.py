@@ -11,7 +11,6 @@ from numpy.random import default_rng
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import Motion, Strokes, draw_holds, draw_strokes, first_arrival
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.origami import pitch, vertices
 from capsule.phantom.parameters import with_values
 from capsule.phantom.sensor import Sensors, base_line_jumps, counts
 from capsule.phantom.wall import cam_time, crest_shape, roughness, wave_height, wave_train
@@ -19,15 +18,6 @@ from capsule.phantom.wall import cam_time, crest_shape, roughness, wave_height, 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 ADVANCE, CONTACT, WALL, SEAT = PHANTOM.advance, PHANTOM.contact, PHANTOM.wall, PHANTOM.seat
 SINE, PERIOD_S = PHANTOM.wave, 3.2
-
-
-def test_corners_are_the_papers_and_the_pitch_follows():
-    # Along the axis from C: 5 tan 50 to A, 5 tan 5 to B, and the awn leans to the tail.
-    corners = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.2625, 10.0)}
-    for name, corner in vertices(PHANTOM.origami).items():
-        assert corner == pytest.approx(corners[name], abs=1e-4)
-    # The printed wall (0.5 mm) and the adhesive (0.25 mm) come between two substructures.
-    assert pitch(PHANTOM.origami) == pytest.approx(5.9588 - 0.4374 + 0.5 + 0.25, abs=1e-3)
 
 
 def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_height():

@@ -6,14 +6,12 @@ from functools import partial
 import numpy as np
 import pytest
 from scorer_teaching import episodes
-from scorer_teaching.bench_family import WAVE_FORMS, Effect, draw_bench
-from scorer_teaching.bench_recordings import jumps, simulate_bench, smooth_noise
-from scorer_teaching.episodes import draw_phantom
+from scorer_teaching.bench_family import Effect, draw_bench
+from scorer_teaching.bench_recordings import simulate_bench
 
 from capsule.detectors.search import SERIES, series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.seeding import generator
 from support.project import ROOT
 
@@ -62,23 +60,6 @@ def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched, 
     made = simulate_bench(bumpy, np.repeat([0.0, 5.0], 12), streams(0))
     depths = [beats_of(counts)[:, SERIES.index("depth")].max(axis=1).mean() for counts in made]
     assert low < np.median(depths[12:]) / np.median(depths[:12]) < high
-
-
-def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
-    for kind in range(3):
-        course = smooth_noise(streams(0)("noise"), (4000,), 100, 20.0, kind)
-        assert course.shape == (4000, 100)
-        assert course.var() == pytest.approx(1.0, rel=0.1)
-    courses = jumps(streams(0)("jumps"), (2000,), 500, 2.0, 1.0)
-    assert np.count_nonzero(np.diff(courses), axis=1).mean() == pytest.approx(2.0, rel=0.1)
-
-
-def test_every_form_of_the_wave_is_drawn_and_a_random_phantom_differs_in_what_is_drawn_only():
-    assert {bench(number).wave.form for number in range(60)} == set(WAVE_FORMS)
-    base = read_phantom(DEFAULT_TABLE, [])
-    drawn, again = (draw_phantom(base, streams(0)("parameters")) for _ in range(2))
-    assert drawn == again and drawn.sensor.noise != base.sensor.noise
-    assert (drawn.origami, drawn.electronics) == (base.origami, base.electronics)
 
 
 def test_an_episode_holds_the_beats_of_each_recording_and_many_benches_become_episodes():

@@ -144,11 +144,7 @@ class EmulatedBoard:
     """
 
     def __init__(
-        self,
-        board: tuple[str, str],
-        image: Path | None = None,
-        *,
-        normally_closed: bool = True,
+        self, board: tuple[str, str], image: Path | None = None, *, normally_closed: bool = True
     ) -> None:
         name, mcu = board
         self._normally_closed = board != PERISTALSIS and normally_closed

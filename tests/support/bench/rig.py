@@ -154,18 +154,6 @@ class Cable:
 Then = Iterable[tuple[Callable[[], bool], Callable[[], object]]]
 
 
-class BenchDatetime(datetime):
-    """A datetime with the bench's clock."""
-
-    rig: "Rig"
-
-    @classmethod
-    def now(cls, tz: object = None) -> datetime:
-        """Return the bench's time."""
-        del tz
-        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=cls.rig.now_s)
-
-
 class Rig:
     """A bench of boards; their firmware runs in the emulator."""
 
@@ -179,15 +167,15 @@ class Rig:
         self.gut = Gut(self._wave_board, self.origami, boards["logger"])
         self._then: deque = deque()
         self.stop = SimpleNamespace(reason="", close=lambda: None)
-        BenchDatetime.rig = self
         # Commands get the bench's ports and its clock in place of the computer's.
         replace = monkeypatch.setattr
         replace(serial, "serial_for_url", lambda port, *_, **__: Port(cables[port], self))
         time = SimpleNamespace(monotonic=lambda: self.now_s, sleep=self.rest)
         for module in (board, clock, line, loop, wave):
             replace(module, "time", time)
+        dates = SimpleNamespace(now=self._date, fromisoformat=datetime.fromisoformat)
         for module in (recorder, survey_command, survey_run):
-            replace(module, "datetime", BenchDatetime)
+            replace(module, "datetime", dates)
         for module in (recorder, survey_command):
             replace(module, "StopRequest", lambda: self.stop)
         # The main thread waits for the bench, by the computer's clock.
@@ -201,6 +189,9 @@ class Rig:
     def now_s(self) -> float:
         """The bench's time in seconds."""
         return self._now_us / 1e6
+
+    def _date(self, _zone: object) -> datetime:
+        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=self.now_s)
 
     def run(self, command: str, *words: object, then: Then) -> None:
         """Run capsule record or capsule survey on these boards to its end."""

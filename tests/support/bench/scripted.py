@@ -17,18 +17,9 @@ from capsule.bench.loop import Loop
 from capsule.bench.protocol import Damaged, FrameParser, encode
 from capsule.bench.recorder import Recorder
 
-ENTRIES = {
-    "protocol": "1",
-    "firmware": "1.0",
-    "rate_hz": "10",
-    "channels": "4",
-    "adc_bits": "10",
-    "vref_mv": "5000",
-    "series_ohm": "12000",
-    "wavelength_mm": "80.000",
-    "state": "running",
-    "uptime_ms": "0",
-}
+SAID = "protocol=1,firmware=1.0,rate_hz=10,channels=4,adc_bits=10,vref_mv=5000,series_ohm=12000"
+SAID += ",wavelength_mm=80.000,state=running,uptime_ms=0"
+ENTRIES = dict(entry.split("=") for entry in SAID.split(","))
 
 
 def sample_frame(number: int, device_ms: int | None = None, sequence: int | None = None) -> bytes:
