@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.parts import substructure as unit
-from capsule.parts.bench_parts import belt_length, scale_marks, shaft_distance
+from capsule.parts.bench_parts import belt_length, shaft_distance
 from capsule.parts.cam import follower_displacement, phase_step, steepest_overhang
 from capsule.parts.files import read_design
 from capsule.parts.outlines import circle, points, reverse, signed_area, slot
@@ -103,9 +103,3 @@ def test_the_cam_turns_once_in_a_wave_and_belts_fit_their_shafts():
     assert belt_length(60, 20, shaft_distance(60, 20, 200.0)) == pytest.approx(200.0)
     with pytest.raises(ValueError, match="belt of 60 mm is too short"):
         shaft_distance(60, 20, 60.0)
-
-
-def test_the_scale_has_a_line_a_millimetre_and_longer_ones_at_five_and_ten():
-    lines = [mark for mark in scale_marks(20.0, 12.0) if mark[:, 1].min() < -6.0]
-    lengths = [mark[:, 1].max() + 6.0 for mark in lines]
-    assert lengths == [4, *[2] * 4, 3, *[2] * 4, 4, *[2] * 4, 3, *[2] * 4, 4]

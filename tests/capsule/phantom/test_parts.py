@@ -20,16 +20,6 @@ ADVANCE, CONTACT, WALL, SEAT = PHANTOM.advance, PHANTOM.contact, PHANTOM.wall, P
 SINE, PERIOD_S = PHANTOM.wave, 3.2
 
 
-def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_height():
-    # 50 kPa and a volume that does not change: E / (1 - 0.25) = 0.0667 N/mm2.
-    for diameter in (1.0, 2.0, 5.0):
-        assert touch.sphere_stiffness(WALL, diameter) == pytest.approx(0.05 / 0.75 * diameter)
-    kept = [touch.pressed_bulge(CONTACT, WALL, d) / d for d in (1, 2, 3, 4, 5)]
-    assert kept == sorted(kept)
-    assert 0 < kept[0] < 0.5 < kept[-1] < 1
-    assert touch.pressed_bulge(CONTACT, WALL, 0) == 0
-
-
 def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
     wide, narrow = (replace(CONTACT, bearing_height_mm=mm) for mm in (5.0, 1.0))
     # The strip's edge at 2.5 mm halves a nodule centred there.

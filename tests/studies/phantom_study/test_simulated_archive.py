@@ -14,7 +14,7 @@ from phantom_study.simulated_archive import DEFAULT_CONFIG, read_detector
 from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.origami import sensor_offsets
-from capsule.phantom.parameters import value_of, with_values
+from capsule.phantom.parameters import value_of
 from capsule.store.files import read_csv
 from support.documents import text_of
 from support.project import ROOT
@@ -50,19 +50,6 @@ def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices
     assert confusion[5, 2:].sum() > confusion[0, 2:].sum()
     np.testing.assert_array_equal(confusion, simulated_archive.classify(matrices, templates))
     assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)
-
-
-def test_a_run_that_is_stopped_by_hand_has_not_arrived_and_delta_mu_is_the_time_of_a_pitch(archive):
-    sizes = [run.time_s.size for name, run in archive.items() if not name.startswith("0mm")]
-    stopped = with_values(PHANTOM, {"advance.longest_samples": max(sizes)})
-    share = simulated_archive.archive_motion(archive, stopped, PAPER)["reaches the far side"]
-    assert share == pytest.approx(100 * np.mean(np.array(sizes) < max(sizes)))
-    assert share < 100
-    time_s = np.arange(2000) / 10
-    for speed, usual in ((0.4, 100), (1.0, 0), (0.2, 0)):
-        steady = {"3mm/r01": replace(archive["3mm/r01"], time_s=time_s, head_mm=speed * time_s)}
-        motion = simulated_archive.archive_motion(steady, PHANTOM, PAPER)
-        assert motion["Delta mu 100 to 250"] == usual
 
 
 def test_each_size_is_described_and_the_documentation_shows_what_was(archive, matrices, templates):

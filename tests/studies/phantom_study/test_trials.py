@@ -32,18 +32,6 @@ def test_the_papers_numbers_come_from_one_table_of_120_runs():
     assert rates["precision 1 mm"] == 100 * 15 / 26
 
 
-def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
-    rates = dict(zip(PAPER.motion, (75.0, 50.0), strict=True))
-    # By Laplace's rule 15 and 10 of 20 runs make 16/22 and 11/22 likely.
-    spreads = [np.sqrt(p * (1 - p) / 20) for p in (16 / 22, 11 / 22)]
-    wanted = np.sqrt(((0.25 / spreads[0]) ** 2 + (0.5 / spreads[1]) ** 2) / 24)
-    assert distance(PAPER.cells | rates, PAPER) == pytest.approx(wanted)
-    # A precision of nothing found is missing and far off.
-    nothing = cells(20 * np.eye(6, dtype=int)[[0] * 6], PAPER)
-    assert np.isnan(nothing["precision 5 mm"])
-    assert distance(nothing | PAPER.motion, PAPER) > 10
-
-
 def test_summary_says_whether_the_paper_lies_in_the_central_range():
     like_the_paper = cells(LIKE_THE_PAPER, PAPER)
     archives = [like_the_paper | {"exact 5 mm": value} for value in np.arange(20.0, 60.0)]
