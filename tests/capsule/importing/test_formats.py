@@ -1,28 +1,24 @@
 """Import of each format: from a file of its own library, and from files that packages ship."""
 
 import os
-import re
 import shutil
 import sys
 import zipfile
 from datetime import datetime, timedelta
 from functools import partial
-from pathlib import Path
 
 import h5py
-import nptdms
 import numpy as np
 import openpyxl
 import pandas
 import pynwb
 import pytest
-import scipy.io
 import xarray
 from pynwb.testing.mock.ecephys import mock_ElectricalSeries
 from rosbags.rosbag2 import StoragePlugin
 
 from support import lab_files as lab
-from support.importing import Case, assert_readings, import_files
+from support.importing import Case, import_files
 from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, xdf_stream
 from support.project import ROOT
 
@@ -179,7 +175,7 @@ TABLE = pandas.DataFrame({"time": TIME_S, **SENSORS})
 FIELDS = TABLE.to_records(index=False)
 NOON = datetime(2026, 3, 4, 12)
 NOON_SHARP = {"wf_start_time": np.datetime64(NOON), "wf_start_offset": 0.0}
-AT_NOON, LATE = "2026-03-04T12:00:00Z", "2026-03-04T12:01:40Z"
+AT_NOON = "2026-03-04T12:00:00Z"
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
 RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
 STARTS = RATES_OF_ALL | {(name, "start"): f"{NINE + 2 * at}Z" for at, name in enumerate(LATER)}
@@ -224,7 +220,6 @@ LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
 NO_DATE = attributed("/", "started", "March 4, 2026")
 TOO_LATE = attributed("/", "started", "9999-12-31T23:59:59-23:00")
-IN_ZONE = "2026-03-04T13:00:00+0100"
 STARTS_TDMS = {"wf_start_time": [*(NINE + np.arange(4))], "wf_start_offset": [0.0, 1, 2, 3]}
 OFFSET = APART | {"wf_start_offset": [2.0 * n for n in range(4)]}
 
@@ -243,7 +238,7 @@ SAID = {
     "a row of units": read(sheets(notes=NOTES, Run=S_AND_KOHM), IN_KOHM, import_sheet="Run"),
     "a sheet that states too few rows": read(understated(), IN_KOHM),
     "a sheet with dates": read(sheets(Run=excel_rows(DATES)), IN_KOHM, started=AT_NOON[:-1]),
-    "NWB with time stamps": read(nwb(STAMPED), started=LATE),
+    "NWB with time stamps": read(nwb(STAMPED), started="2026-03-04T12:01:40Z"),
     "NWB with a rate": read(nwb(series()), started=AT_NOON),
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
@@ -257,7 +252,7 @@ SAID = {
     "a start by its clock for each data set": read(hdf(LATER, CLOCKS), FROM_6_S),
     "a start that is no date": read(NO_DATE, words="began 'March 4, 2026', which", started=None),
     "a start that never was": read(TOO_LATE, words="T23:59:59-23:00', which", started=None),
-    "a start with a zone": read(xdf((TIME_S, ALL), started=IN_ZONE), started=AT_NOON),
+    "a zone": read(xdf((TIME_S, ALL), started="2026-03-04T13:00:00+0100"), started=AT_NOON),
     "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
     "a unit over several columns": read(workbook(HEAD, ["s", "mV"], *rows()[1:]), IN_MV),
@@ -313,10 +308,11 @@ def linked_bag(path):
     shutil.copytree(path.with_name("run"), path, copy_function=os.symlink)
 
 
-COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
+COUNTED, BY_RATE, TIMED = "--unit counts", "--time none --rate 10", "--time-unit s"
 OVER_ALL = [["t", "Pressure (kPa)"], ["s", *SENSORS], *rows()[1:]]
-# Where a file tells a unit, and how it is quoted.
-UNITS = {
+GAIN_SHEET = sheets(Run=rows(), About=[["Channel", "Gain"], ["AI0", 10]])
+# Where a file tells a unit, and where a scale, and how it is quoted.
+OF_READINGS = {
     "XDF": (xdf((TIME_S, ALL), unit="uV"), "names uV of"),
     "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
     "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
@@ -339,37 +335,30 @@ UNITS = {
     "a remark on a cell": (workbook(*rows(), C1="pressure in kPa"), "says 'pressure in kPa'"),
     "words beside names": (workbook(*rows(), G1="all in kPa"), "names kPa of"),
     "a letter beside samples": (workbook(*rows(), H5="N"), "names N of"),
-}
-SCALES = {
-    "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
-    "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
-    "of a data set": (attributed("V", "slope", 0.01), "'slope: 0.01'"),
-    "of a compound": (hdf({"run": FIELDS}, {("run", "scale"): 0.01}), "'scale: 0.01'"),
-    "of a structure beside": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
-    "of a sheet of channels": (
-        sheets(Run=rows(), About=[["Channel", "Gain"], ["AI0", 10]]),
-        "'Gain: 10'",
-    ),
-    "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
+    "scale beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
+    "each scale": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
+    "scale of a data set": (attributed("V", "slope", 0.01), "'slope: 0.01'"),
+    "scale of a compound": (hdf({"run": FIELDS}, {("run", "scale"): 0.01}), "'scale: 0.01'"),
+    "scale of a structure": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
+    "scale of a sheet of channels": (GAIN_SHEET, "'Gain: 10'"),
+    "scale in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
-    "of a converter": (attributed("V", "bit_volts", 0.01), "'bit_volts: 0.01'"),
-}
-# What is stated of the rate, beside times of 10 Hz and without times.
-TIMED_RATES = {
-    "a number": (timed(fs=50.0), "fs = 50"),
-    "words": (timed(Fs="0.05 kHz"), "Fs = 50"),
-    "another sheet": (sheets(Run=rows(), About=[["Sampling rate", "50 Hz"]]), "Sampling rate = 50"),
-    "each column": (attributed("V", "rate", [10.0, 10, 10, 5]), "rate = 5 and another rate = 10"),
+    "scale of a converter": (attributed("V", "bit_volts", 0.01), "'bit_volts: 0.01'"),
 }
 RATED = {"V": COUNTS.T, "fs": 10.0}
+RATE_TDMS = tdms(SENSORS, about={"sampling_rate": 50.0}, **APART)
+# What is stated of the rate, beside times of 10 Hz and without times.
+STATED = {
+    "fs = 50": timed(fs=50.0),
+    "Fs = 50": timed(Fs="0.05 kHz"),
+    "Sampling rate = 50": sheets(Run=rows(), About=[["Sampling rate", "50 Hz"]]),
+    "rate = 5 and another rate = 10": attributed("V", "rate", [10.0, 10, 10, 5]),
+}
 RATES = {
-    "two": (matlab(**RATED, freq=50.0), "fs = 10 and freq = 50"),
-    "one of a filter": (matlab(V=COUNTS.T, freq=50.0), "freq = 50"),
-    "two in structures": (matlab(**RATED, info={"fs": 50.0}), "fs = 10 and another fs = 50"),
-    "one of a group of TDMS": (
-        tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
-        "1 / wf_increment = 10 and sampling_rate = 50",
-    ),
+    "fs = 10 and freq = 50": matlab(**RATED, freq=50.0),
+    "states freq = 50": matlab(V=COUNTS.T, freq=50.0),
+    "fs = 10 and another fs = 50": matlab(**RATED, info={"fs": 50.0}),
+    "1 / wf_increment = 10 and sampling_rate = 50": RATE_TDMS,
 }
 DELAYED = hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enumerate(SENSORS)})
 IN_CS = BOTH | {"t": TIME_S * 100}
@@ -381,23 +370,14 @@ TEXTS = workbook(*rows(change=lambda count: f"{count / 200:.3f}".replace(".", ",
 SOME_STARTS = tdms(LATER, wf_start_time=[NINE, None, NINE, NINE], **APART)
 LENGTHS = tdms({**SENSORS, "S4": COUNTS[3][::2]}, unit_string="counts", wf_start_offset=0.0)
 LABCHART = matlab(data=COUNTS.ravel(), datastart=525 * np.arange(4) + 1, dataend=525)
-OBJECTS = saved(np.save, "run.npy", np.array([{}], dtype=object))
+TWO_RUNS = {f"run{n}": {"t": TIME_S, "V": COUNTS + n} for n in (1, 2)}
+LINKING = ["a.h5", "a.h5", "a.h5", "a.nwb"]
 OUTSIDE, RATED_COUNTS = "the file names samples outside of it, in ", f"--rate 10 {COUNTED}"
 # What a file says that is not understood, or contradicts itself.
 ASKED = {
-    **{f"unit of {k}": Case(w, f"the file {told}", COUNTED) for k, (w, told) in UNITS.items()},
-    **{
-        f"scale {k}": Case(w, f"{told}, and not whether it is applied already", COUNTED)
-        for k, (w, told) in SCALES.items()
-    },
-    **{
-        f"rate beside times, {k}": Case(w, f"{told}; give --time-unit", "--time-unit s")
-        for k, (w, told) in TIMED_RATES.items()
-    },
-    **{
-        f"rate, {k}": Case(w, f"states {told}; give the sampling rate in Hz with", "--rate 10")
-        for k, (w, told) in RATES.items()
-    },
+    **{kind: Case(file, told, COUNTED) for kind, (file, told) in OF_READINGS.items()},
+    **{told: Case(file, f"{told}; give --time-unit", TIMED) for told, file in STATED.items()},
+    **{told: Case(file, f"{told}; give the sampling", "--rate 10") for told, file in RATES.items()},
     "a unit of time": Case(attributed("t", "units", "cs", **IN_CS), "the unit 'cs'", BY_RATE),
     "a clock of another rate": Case(CLOCKED, "the unit 'clock: 250 kHz'", BY_RATE),
     "a time's unit beside": Case(matlab(**IN_CS, time_unit="cs"), "the unit 'cs'", BY_RATE),
@@ -416,15 +396,16 @@ ASKED = {
     # Nothing outside of a file or a folder is read.
     **{
         f"{kind} samples in {name}": Case(saved(outside, name, kind), OUTSIDE, "", RATED_COUNTS)
-        for kind, name in (
-            ("external", "run.h5"),
-            ("virtual", "run.h5"),
-            ("linked", "a.h5"),
-            ("linked", "a.nwb"),
-        )
+        for kind, name in zip(["external", "virtual", "linked", "linked"], LINKING, strict=True)
     },
     "samples outside of a bag": Case(linked_bag(), "outside of this folder; copy it into it"),
-    "an array of objects": Case(OBJECTS, "file cannot be read"),
+    "runs": Case(matlab(**TWO_RUNS), "'run1', 'run2'; name one", "--variable run2", "", COUNTS + 2),
+    "a pickle": Case(
+        saved(TABLE.to_pickle, "a.pkl"), "pandas.read_pickle('a.pkl').to_csv('a.csv')"
+    ),
+    "Parquet": Case(saved(TABLE.to_parquet, "a.pq"), "pandas.read_parquet('a.pq').to_csv('a.csv')"),
+    "JSON": Case(saved(TABLE.to_json, "a.json"), "pandas.read_json('a.json').to_csv('a.csv')"),
+    "objects": Case(saved(np.save, "a.npy", np.array([{}], object)), "file cannot be read"),
     "an image": Case(saved(np.save, "run.npy", np.zeros((300, 400))), "file holds no table"),
 }
 
@@ -434,58 +415,11 @@ def test_what_is_not_understood_is_quoted_with_a_remedy_that_works(tmp_path, kin
     ASKED[kind].check_asked(tmp_path)
 
 
-def test_what_is_no_table_is_named_with_a_remedy_that_works(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    TABLE.to_pickle("run.pkl")
-    TABLE.to_parquet("run.parquet")
-    TABLE.to_json("run.json", orient="records")
-    for name in ("run.pkl", "run.parquet", "run.json"):
-        refused = import_files(tmp_path / name, Path(name)).refused
-        eval(re.search(r"text: (pandas\.\S+'\))", refused)[1])
-        imported = import_files(tmp_path / f"{name} read", Path("run.csv"))
-        assert_readings(imported.the_recording(), TIME_S, COUNTS)
-    with zipfile.ZipFile("run.zip", "w") as archive:
-        archive.write("run.csv")
-    assert "holds 'run.csv'; unpack it" in import_files(tmp_path, Path("run.zip")).refused
-
-
-def test_of_several_variables_one_is_asked_for(tmp_path):
-    path = matlab(**{f"run{n}": {"t": TIME_S, "V": COUNTS + n} for n in (1, 2)})(tmp_path)
-    told = "can be the recording: 'run1', 'run2'; name one with --variable, or use --variable all"
-    assert told in import_files(tmp_path, path).refused
-    imported = import_files(tmp_path, path, "--variable", "run2")
-    assert_readings(imported.the_recording(), TIME_S, COUNTS + 2)
-    imported = import_files(tmp_path, path, "--variable", "run3")
-    assert "variable: there is no 'run3'; did you mean 'run2'?" in imported.refused
-    both = import_files(tmp_path / "both", path, "--variable", "all")
-    assert list(both.recordings()) == ["3mm/run-run1", "3mm/run-run2"]
-
-
-def test_floats_come_in_to_the_bit(tmp_path):
-    values = np.round(12 + np.random.default_rng(3).normal(size=(4, 525)), 12)
-    frame = pandas.DataFrame({"time (s)": TIME_S, **dict(zip(SENSORS, values, strict=True))})
-    for name, save in (("a.csv", frame.to_csv), ("b.xlsx", frame.to_excel)):
-        save(tmp_path / name, index=False)
-        imported = import_files(tmp_path / f"{name} read", tmp_path / name, "--unit", "kohm")
-        np.testing.assert_array_equal(imported.the_recording().values, values)
-
-
-SHIPPED = {
-    ".mat": Path(scipy.io.__file__).parent / "matlab/tests/data",
-    ".tdms": Path(nptdms.__file__).parent / "test/data",
-    ".h5": Path(h5py.__file__).parent / "tests/data_files",
-}
-
-
-@pytest.mark.parametrize("ending", SHIPPED)
-def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
-    files = sorted(SHIPPED[ending].glob(f"*{ending}"))
-    assert len(files) > 2
-    files = files[:: max(1, len(files) // 10)]  # scipy ships more than a hundred
-    imported = import_files(tmp_path, *files)
-    lines = imported.refused.splitlines()
-    assert all(line.startswith("refused: ") and ": " in line[9:] for line in lines)
-    assert len(lines) + imported.shown.count("  wrote ") >= len(files)
+def test_each_variable_is_a_run(tmp_path):
+    path = matlab(**TWO_RUNS)(tmp_path)
+    assert "did you mean 'run2'?" in import_files(tmp_path, path, "--variable", "run3").refused
+    imported = import_files(tmp_path, path, "--variable", "all")
+    assert list(imported.recordings()) == ["3mm/run-run1", "3mm/run-run2"]
 
 
 def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path):
