@@ -9,20 +9,12 @@ from capsule.commands.options import natural, number_within, positive, recording
 TO_5_MM = number_within(0, 5, "mm")
 
 
-@pytest.mark.parametrize(
-    ("read", "text", "value"),
-    [
-        (natural, "1", 1),
-        (positive, "0.5", 0.5),
-        *((TO_5_MM, text, float(text)) for text in ("0", "2.5", "5")),
-        *((size_folder, *row) for row in (("3", "3mm"), ("2.50", "2.5mm"), (".5", "0.5mm"),
-                                          ("0", "0mm"), ("99.9", "99.9mm"))),
-        *((recording_name, name, name)
-          for name in ("r01", "a" * 19, "r-1_2.x+y", "ab1-_" * 19 + "x")),
-    ],
-)  # fmt: skip
-def test_what_is_allowed_is_read(read, text, value):
-    assert read(text) == value
+def test_what_is_allowed_is_read():
+    sizes = {"3": "3mm", "2.50": "2.5mm", ".5": "0.5mm", "0": "0mm", "99.9": "99.9mm"}
+    assert {text: size_folder(text) for text in sizes} == sizes
+    assert [natural("1"), positive("0.5"), *map(TO_5_MM, ("0", "2.5", "5"))] == [1, 0.5, 0, 2.5, 5]
+    names = ["r01", "a" * 19, "r-1_2.x+y", "ab1-_" * 19 + "x"]
+    assert [*map(recording_name, names)] == names
 
 
 @pytest.mark.parametrize(

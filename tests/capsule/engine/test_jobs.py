@@ -100,23 +100,20 @@ def test_a_job_whose_code_was_changed_writes_nothing(folder, change, place, monk
     write(name="")
 
 
-@pytest.mark.parametrize(
-    ("raised", "code", "printed"),
-    [
+def test_an_end_by_an_error_is_one_line_at_most(capsys, monkeypatch):
+    monkeypatch.setattr(os, "dup2", lambda *_: None)
+    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
+    for raised, code, printed in (
         (KeyboardInterrupt(), 130, ""),
         (CapsuleError("raw/3mm/r01.csv: say why"), 1, "error: raw/3mm/r01.csv: say why\n"),
         # Python prints the text of an exit as a line, and ends with status 1.
         (FileNotFoundError(2, "No such file", "none.csv"), "error: none.csv: No such file", ""),
         # A program that reads no more, such as `head`, is no error to tell of.
         (BrokenPipeError(), 141, ""),
-    ],
-)
-def test_an_end_by_an_error_is_one_line_at_most(raised, code, printed, capsys, monkeypatch):
-    monkeypatch.setattr(os, "dup2", lambda *_: None)
-    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
-    with pytest.raises(SystemExit) as stop:
-        jobs.run(Mock(side_effect=raised))
-    assert (stop.value.code, capsys.readouterr().err) == (code, printed)
+    ):
+        with pytest.raises(SystemExit) as stop:
+            jobs.run(Mock(side_effect=raised))
+        assert (stop.value.code, capsys.readouterr().err) == (code, printed)
 
 
 def test_a_full_disk_names_the_file_and_the_remedy_and_leaves_no_file(tmp_path, monkeypatch):

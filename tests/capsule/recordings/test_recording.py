@@ -113,9 +113,8 @@ def test_what_is_written_is_read_again(values, note):
     assert recording.header == {"format_version": "1", "note": note}
 
 
-@pytest.mark.parametrize(
-    ("header", "source", "rate"),
-    [
+def test_a_header_says_what_made_a_recording_and_its_rate_before_an_import():
+    for header, source, rate in (
         ({}, "", ""),
         ({"source": "bench 2", "rate_hz": "10.0"}, "bench 2", "10"),
         ({"source": "x", "simulator_seed": "1", "rate_hz": "ten"}, "x, seed 1", "ten"),
@@ -123,10 +122,8 @@ def test_what_is_written_is_read_again(values, note):
         ({"import_resampled": "from 99.87 Hz to 10 Hz, spline"}, "", "100"),
         ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "", "36"),
         ({"rate_hz": "10", "import_resampled": "from 100, 50 Hz to 10 Hz"}, "", "10"),
-    ],
-)
-def test_a_header_says_what_made_a_recording_and_its_rate_before_an_import(header, source, rate):
-    assert (form.source_of(header), form.rate_of(header)) == (source, rate)
+    ):
+        assert (form.source_of(header), form.rate_of(header)) == (source, rate)
 
 
 def test_numbers_are_written_so_that_they_read_as_the_same_and_counts_as_whole_numbers():
