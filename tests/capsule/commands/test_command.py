@@ -40,22 +40,19 @@ def test_the_version_says_where_the_code_is(tmp_path):
         assert told == f"capsule 0.1.0, from {ROOT / 'workflow/scripts/capsule'}\n"
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
+def test_a_wrong_call_is_answered_and_leaves_ctrl_c_as_it_was(capsys):
+    before = signal.getsignal(signal.SIGINT)
+    for words, told in (
         ([], "usage: capsule [-h] [--version] COMMAND"),
         (["jugde"], "error: capsule has no command 'jugde'; did you mean 'judge'?"),
         (["xyz"], "error: capsule has no command 'xyz'; the commands are record,"),
         *(([word, "--no-such-option"], f"usage: capsule {word} ") for word in cli.COMMANDS),
-    ],
-)
-def test_a_wrong_call_is_answered_and_leaves_ctrl_c_as_it_was(words, told, capsys):
-    before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(SystemExit) as ended:
-        cli.main(words)
-    printed = "".join(capsys.readouterr())
-    assert (ended.value.code, printed[: len(told)]) == (2, told)
-    assert signal.getsignal(signal.SIGINT) is before
+    ):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(words)
+        printed = "".join(capsys.readouterr())
+        assert (ended.value.code, printed[: len(told)]) == (2, told)
+        assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_new_folder_has_settings_and_what_to_do_and_never_files_before(tmp_path, capsys):

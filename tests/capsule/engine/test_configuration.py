@@ -24,9 +24,9 @@ def test_yaml_and_json_are_read(tmp_path, text):
     assert configuration.read_config_file(tmp_path / "c.yaml") == {"a": {"b": 1}}
 
 
-@pytest.mark.parametrize(
-    ("content", "fault"),
-    [
+def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path):
+    path = tmp_path / "c.yaml"
+    for content, fault in (
         (None, ": No such file or directory"),
         (b"", ": this file is empty"),
         (b"- 1\n- 2\n", ": this file holds a list instead of keys"),
@@ -38,15 +38,11 @@ def test_yaml_and_json_are_read(tmp_path, text):
         (b"fit:\n  seed: " + b"1" * 5000, ": a value cannot be read: "),
         (b"? [1]\n: 2\n", ", line 1: found unhashable key"),
         (b"[" * 600, ": the keys are nested too deeply"),
-    ],
-)
-def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path, content, fault):
-    path = tmp_path / "c.yaml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(CapsuleError) as caught:
-        configuration.read_config_file(path)
-    assert str(caught.value).startswith(f"{path}{fault}")
+    ):
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(CapsuleError, match=f"^{re.escape(f'{path}{fault}')}"):
+            configuration.read_config_file(path)
 
 
 def changed(path, value):
@@ -93,11 +89,13 @@ def test_the_configuration_holds_the_papers_numbers():
         ("evaluation.passes", [True], "each a whole number, at least 1, at most 100, no value"),
         ("evaluation.held_out", [datetime.date(2024, 6, 3)], "twice (put it in quotes)"),
         ("diagonal.pressing_lowers_reading", 1, "1 is not allowed; must be true or false"),
+        ("report.lead", 3, "report.lead: 3 is not allowed; must be text"),
         ("report.lead", "taugt", "must be one of best, template, diagonal, taught"),
         ("preprocessing.window", 1001, "more than preprocessing.length, which is 1000"),
         ("fit.peak_spacing_range", [100, 300], "column 1050; preprocessing.length is only 1000"),
         ("recording.sensors", 5, "is only 1000; set preprocessing.length: 1250"),
         ("fit.amplitude_range", [1.5, 0.1], "1.5 is above 0.1"),
+        ("fit.amplitude_range", [1.5], "must be a list of 2, each a number"),
         ("fit.first_peak", 251, "the last of 4 peaks could be at column 1001;"),
         ("recording.max_gap_s", 5, "at most 4.2 s are allowed"),
         ("diagonal.wave_speed_mm_s", 1000, "lasts 0.8 samples at 10 Hz; at least 10 are needed"),

@@ -9,9 +9,8 @@ from capsule.recordings import units
 TEN_BITS, KOHM = {"adc_bits": "10"}, {"unit": "kohm", "series_ohm": "12000"}
 
 
-@pytest.mark.parametrize(
-    ("values", "header", "scale", "lowers", "expected"),
-    [
+def test_each_unit_is_brought_to_the_configured_scale():
+    for values, header, scale, lowers, expected in (
         *(([12, 700], each, 1024, True, [12, 700])
           for each in ({}, TEN_BITS, TEN_BITS | {"unit": "counts", "vref_v": "5"})),
         ([2048, 4095], {"adc_bits": "12"}, 1024, True, [512, 1023.75]),
@@ -26,11 +25,9 @@ TEN_BITS, KOHM = {"adc_bits": "10"}, {"unit": "kohm", "series_ohm": "12000"}
         # Without the resistor in series, the median stands in, also for a good conductor.
         ([4, 12, 36], {"unit": "kohm"}, 1000, True, [250, 500, 750]),
         ([0.5, 2, np.nan], {"unit": "ohm"}, 1000, True, [2000 / 7, 8000 / 13, np.nan]),
-    ],
-)  # fmt: skip
-def test_each_unit_is_brought_to_the_configured_scale(values, header, scale, lowers, expected):
-    given = units.on_full_scale(np.array([values], dtype=float), header, scale, lowers)
-    np.testing.assert_allclose(given, [expected])
+    ):  # fmt: skip
+        given = units.on_full_scale(np.array([values], dtype=float), header, scale, lowers)
+        np.testing.assert_allclose(given, [expected])
 
 
 ZERO, STEP_V = (0.0, 0.0), 5 / 2**12
@@ -39,9 +36,8 @@ COUNTS, VOLTS = [1.0, 2.0, 700.0], [0.005, 2.0, 3.4]
 BITS = {n: (2.0**n - 1, 2.0**n - 1) for n in (1, 8, 10, 12, 14, 16, 32)}
 
 
-@pytest.mark.parametrize(
-    ("header", "readings", "is_counts", "bands"),
-    [
+def test_the_bands_at_the_ends_follow_from_bits_and_reference():
+    for header, readings, is_counts, bands in (
         *(({"adc_bits": f"{n}"}, COUNTS, True, [ZERO, BITS[n]]) for n in (1, 10, 32)),
         ({}, COUNTS, True, [ZERO, *(BITS[n] for n in (8, 10, 12, 14, 16))]),
         ({"vref_v": "5", "adc_bits": "12"}, VOLTS, False, OF_5_V),
@@ -56,10 +52,8 @@ BITS = {n: (2.0**n - 1, 2.0**n - 1) for n in (1, 8, 10, 12, 14, 16, 32)}
         ({"adc_bits": "10"}, VOLTS, True, [ZERO, BITS[10]]),
         ({"vref_v": "5", "adc_bits": "10"}, [0.25, 10.1], True, [ZERO, BITS[10]]),
         ({"vref_v": "5", "adc_bits": "12"}, [0.25, 10.0], False, OF_5_V),
-    ],
-)  # fmt: skip
-def test_the_bands_at_the_ends_follow_from_bits_and_reference(header, readings, is_counts, bands):
-    assert units.adc_ends(header, np.array([readings])) == (is_counts, bands)
+    ):  # fmt: skip
+        assert units.adc_ends(header, np.array([readings])) == (is_counts, bands), header
 
 
 def test_a_unit_in_which_the_readings_cannot_be_is_refused():

@@ -118,25 +118,22 @@ def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(when, change, found
     assert passed == [score for place in places for score in place.evidence[1:]]
 
 
-@pytest.mark.parametrize(
-    ("speed_mm_s", "targets_mm", "near_mm", "before"),
-    [
+def test_it_goes_back_to_a_target_and_stays():
+    for speed_mm_s, targets_mm, near_mm, before in (
         # The last one lies where the first was reached.
         (-0.8, [80.0, 50.0, 80.0], 5, "approaching"),
         # Reckoned from the start, where nothing is felt.
         (-0.4, [40.0, 1.0], 3, "finding"),
-    ],
-)
-def test_it_goes_back_to_a_target_and_stays(speed_mm_s, targets_mm, near_mm, before):
-    phantom = with_values(PHANTOM, {"folding.speed_mm_s": speed_mm_s})
-    bench = Bench(phantom=phantom, nodules=[])
-    pilot, happened = bench.lead(targets_mm=targets_mm)
-    assert (happened[-2:], pilot.log[-2].before) == (["arrived", "tick"], before)
-    assert bench.bench.head_mm[-1][-1] == pytest.approx(targets_mm[-1], abs=near_mm)
-    way_mm = np.concatenate(bench.bench.head_mm)
-    assert way_mm[np.argmax(way_mm > targets_mm[0] - 5) :].min() < targets_mm[1] + 5
-    # The wave is stopped, so the capsule stays.
-    assert bench.commands[-1] == STOP_WAVE
+    ):
+        phantom = with_values(PHANTOM, {"folding.speed_mm_s": speed_mm_s})
+        bench = Bench(phantom=phantom, nodules=[])
+        pilot, happened = bench.lead(targets_mm=targets_mm)
+        assert (happened[-2:], pilot.log[-2].before) == (["arrived", "tick"], before)
+        way_mm = np.concatenate(bench.bench.head_mm)
+        assert way_mm[-1] == pytest.approx(targets_mm[-1], abs=near_mm)
+        assert way_mm[np.argmax(way_mm > targets_mm[0] - 5) :].min() < targets_mm[1] + 5
+        # The wave is stopped, so the capsule stays.
+        assert bench.commands[-1] == STOP_WAVE
 
 
 # Kills: a position that is one wavelength off, and nobody says so.
