@@ -46,12 +46,10 @@ def test_what_is_its_own_goes_and_what_is_the_others_own_stays(deleted, capsys):
     if deleted:
         RUN.unlink()
     assert forget("raw/3mm/r07.csv", "--yes") == 0
-    gone = before - present()
     own = {name for name in before if "3mm/r07." in name} - others
     assert len(own) == 7
-    assert gone == own | {"results/recordings.csv", "results/report.html"}
-    told = capsys.readouterr().out
-    assert "All results over the archive" in told and "snakemake -c2" in told
+    assert before - present() == own | {"results/recordings.csv", "results/report.html"}
+    assert "snakemake -c2" in capsys.readouterr().out
 
 
 def test_what_is_refused_removes_nothing(monkeypatch):
@@ -62,7 +60,7 @@ def test_what_is_refused_removes_nothing(monkeypatch):
             forget(*words)
         assert (caught.value.status, present()) == (status, before)
 
-    refused(1, "nothing here names 3mm/r70; give a name such as 3mm/r07", "3mm/r70", "--yes")
+    refused(1, "nothing here names 3mm/r70; .* such as 3mm/r07", "3mm/r70", "--yes")
     refused(2, "to remove all this, add --yes", "3mm/r07")
     for name in ("../r07", "/etc/passwd", "3mm/.."):
         refused(2, "no name such as 3mm/r07", name, "--yes")

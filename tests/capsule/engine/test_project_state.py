@@ -5,8 +5,6 @@ import subprocess
 from dataclasses import replace
 from unittest.mock import Mock
 
-import pytest
-
 from capsule.engine.project import ProjectState, read_project_state
 from support.command import output_of
 from support.marks import needs_programs
@@ -20,36 +18,26 @@ def git(folder, words):
     return output_of("git", *f"{name} {words}".split(), cwd=folder).strip()
 
 
-@pytest.fixture
-def clone(tmp_path):
-    """Return the folder of a small project in a repository with one commit."""
-    folder = tmp_path / "project"
-    (folder / "workflow").mkdir(parents=True)
-    (folder / "workflow/code.py").touch()
-    (folder / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
+def test_a_clone_and_its_archive_tell_version_commit_and_changed_files(tmp_path, monkeypatch):
+    (code := (clone := tmp_path / "project") / "workflow/code.py").parent.mkdir(parents=True)
+    code.touch()
+    (clone / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
     for name in (".git_archival.txt", ".gitattributes"):
-        shutil.copy2(ROOT / name, folder / name)
+        shutil.copy2(ROOT / name, clone / name)
     for words in ("init --quiet", "add .", "commit --quiet --message all"):
-        git(folder, words)
-    return folder
-
-
-def test_a_clone_and_its_archive_tell_version_commit_and_changed_files(clone, monkeypatch):
+        git(clone, words)
     state = ProjectState("1.2.3", git(clone, "rev-parse HEAD"), False)
     (clone / "r01.csv").touch()
     assert read_project_state(clone) == state, "a new recording changes no file of the project"
     git(clone, "archive --output ../archive.zip HEAD")
-    shutil.unpack_archive(clone.parent / "archive.zip", clone.parent / "unpacked")
-    assert read_project_state(clone.parent / "unpacked") == state
-    (clone / "workflow/code.py").write_text("x = 2\n")
+    shutil.unpack_archive(tmp_path / "archive.zip", tmp_path / "unpacked")
+    assert read_project_state(tmp_path / "unpacked") == state
+    code.write_text("x = 2\n")
     # Variables of a hook lead nowhere else.
-    monkeypatch.setenv("GIT_DIR", str(clone.parent / "elsewhere"))
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "elsewhere"))
     assert read_project_state(clone) == (changed := replace(state, modified=True))
     assert changed.text() == f"origami-capsule 1.2.3, commit {state.commit[:12]} (modified)"
-
-
-def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch):
-    # In another repository; then git is missing, and late.
+    # In another repository there is no commit; then git is missing, and late.
     nothing = read_project_state(clone / "workflow")
     assert nothing == ProjectState(None, None, False)
     assert nothing.text() == "origami-capsule, version not known"

@@ -82,15 +82,12 @@ def test_what_teaches_comes_in_the_order_of_its_contents_or_nothing_can_and_each
     assert held.recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
     assert held.recordings_with_fits(table, ["autumn"]) == ["3mm/r01", "2mm/r01"]
     files.write_cells(table, columns, unused)
-    with pytest.raises(CapsuleError) as caught:
+    told = "no recording of a nodule can be used, .*\n  rejected: raw/3mm/r02: the file is empty\n"
+    told += (
+        "  not judged: raw/3mm/r03: there is no wave\n  held out: raw/3mm/r04: .* session autumn$"
+    )
+    with pytest.raises(CapsuleError, match=told):
         held.recordings_with_fits(table, ["autumn"])
-    first, *others = str(caught.value).splitlines()
-    assert first.startswith("no recording of a nodule can be used, so no template can be made")
-    assert others == [
-        "  rejected: raw/3mm/r02: the file is empty",
-        "  not judged: raw/3mm/r03: there is no wave",
-        "  held out: raw/3mm/r04: evaluation.held_out names its session autumn",
-    ]
 
 
 def test_places_are_the_connected_components_for_any_rows():

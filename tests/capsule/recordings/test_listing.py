@@ -20,10 +20,9 @@ def checks(readings):
     return {name: accepted | {"readings_sha256": each} for name, each in readings.items()}
 
 
-# Each that does not count, and the one that it copies.
-@pytest.mark.parametrize(
-    "copied",
-    [
+def test_of_recordings_with_the_same_readings_the_original_counts_whatever_the_order():
+    # Each that does not count, and the one that it copies.
+    for copied in (
         # Under two sizes none counts, and a copy does not save a contradiction.
         {"3mm/r01": "4mm/r01", "4mm/r01": "3mm/r01"},
         {"0mm/r01": "4mm/r01", "0mm/r02": "4mm/r01", "4mm/r01": "0mm/r01", "unlabelled/p": ""},
@@ -34,17 +33,15 @@ def checks(readings):
         *({"3mm/r01": "", f"3mm/{copy}": "3mm/r01"}
           for copy in ("a-copy-of-r01", "0r01", "r01-copy", "r01.1", "R01+")),
         {"unlabelled/a": "3mm/long-name", "3mm/long-name": ""},
-    ],
-)  # fmt: skip
-def test_of_recordings_with_the_same_readings_the_original_counts_whatever_the_order(copied):
-    made = checks(dict.fromkeys(copied, "x") | {"3mm/other": "y"})
-    reasons = listing.reasons_of_copies(made)
-    assert reasons == listing.reasons_of_copies(dict(reversed(made.items())))
-    assert reasons.keys() == {name for name, other in copied.items() if other}
-    mislabelled = ", under another size: one of the two is mislabelled"
-    for name, reason in reasons.items():
-        told = mislabelled * (copied.get(copied[name]) != "")
-        assert reason == f"the same content as {copied[name]}{told}"
+    ):  # fmt: skip
+        made = checks(dict.fromkeys(copied, "x") | {"3mm/other": "y"})
+        reasons = listing.reasons_of_copies(made)
+        assert reasons == listing.reasons_of_copies(dict(reversed(made.items())))
+        assert reasons.keys() == {name for name, other in copied.items() if other}
+        mislabelled = ", under another size: one of the two is mislabelled"
+        for name, reason in reasons.items():
+            told = mislabelled * (copied.get(copied[name]) != "")
+            assert reason == f"the same content as {copied[name]}{told}"
 
 
 def test_a_row_says_why_a_header_moves_no_cell_and_a_run_that_is_to_fail_lists_the_rejected():

