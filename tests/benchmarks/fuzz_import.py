@@ -3,13 +3,12 @@
     python tests/benchmarks/fuzz_import.py --number 300
 
 A traceback, more than 1 GB of memory or more than 5 s of a processor is a fault; the file is kept,
-and the exit status is 1. Each file is imported in a process of its own.
+and the exit status is 1. A crash ends the benchmark; its file is left in the temporary folder.
 """
 
 import argparse
 import contextlib
 import io
-import os
 import resource
 import shutil
 import signal
@@ -24,34 +23,28 @@ from tables import table
 
 from capsule.commands.cli import build_parser
 from capsule.commands.options import natural
+from capsule.engine.configuration import read_settings
 from capsule.importing.command import Importer
 from support.damaged_files import damaged, given_path, write_each_format
 
 MOST_BYTES = 1_000_000_000
 MOST_SECONDS = 5
 OUTCOMES = ("imported", "refused")
-FAULTS = ("traceback", "too large", "too slow", "crash")
+FAULTS = ("traceback", "too large", "too slow")
 
 
-def import_apart(importer: Importer) -> tuple[str, float, int]:
-    """Import a file in a process of its own.
-
-    Returns one of `OUTCOMES` or `FAULTS`, seconds of a processor, and the largest memory in bytes.
-    """
-    sys.stdout.flush()
-    child = os.fork()
-    if child == 0:
-        # A process that exceeds the limits by far is ended.
-        resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES))
-        signal.setitimer(signal.ITIMER_PROF, 4 * MOST_SECONDS)
-        os._exit(_import(importer))
-    _, status, used = os.wait4(child, 0)
-    seconds, most_bytes = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
-    ended = os.waitstatus_to_exitcode(status)
-    outcome = "crash" if ended not in range(3) else (*OUTCOMES, "traceback")[ended]
+def import_measured(importer: Importer) -> tuple[str, float, int]:
+    """Return what came of an import, seconds of a processor, and the largest memory so far."""
+    before = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    signal.setitimer(signal.ITIMER_PROF, 4 * MOST_SECONDS)  # ends this process
+    outcome = (*OUTCOMES, "traceback")[_import(importer)]
+    signal.setitimer(signal.ITIMER_PROF, 0)
+    after = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = sum(sum(now[:2]) - sum(then[:2]) for now, then in zip(after, before, strict=True))
+    most_bytes = 1024 * max(each.ru_maxrss for each in after)
     if outcome in OUTCOMES and most_bytes > MOST_BYTES:
         outcome = "too large"
-    if outcome in (*OUTCOMES, "crash") and seconds > MOST_SECONDS:
+    if outcome in OUTCOMES and seconds > MOST_SECONDS:
         outcome = "too slow"
     return outcome, seconds, most_bytes
 
@@ -75,6 +68,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", metavar="ENDING", help="formats, such as .h5")
     parser.add_argument("--keep", type=Path, default=Path("fuzzed"), help="folder of the faults")
     options = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES))
     rows, faults = [], 0
     with tempfile.TemporaryDirectory() as temporary:
         for place, (ending, file) in enumerate(write_each_format(Path(temporary)).items()):
@@ -82,12 +76,15 @@ def main() -> None:
                 continue
             raw = str(file.parent / "raw")
             words = ["import", str(given_path(file)), "--size=3", "--dry-run", "--raw", raw]
-            importer = Importer(build_parser(["import"]).parse_args(words))
+            given = build_parser(["import"]).parse_args(words), read_settings()
+            assert _import(Importer(*given)) == 0, (
+                "the whole file comes in, and its package is imported"
+            )
             whole, counted, longest, most = file.read_bytes(), Counter[str](), 0.0, 0
             for number in range(options.number):
                 numbers = np.random.default_rng([options.seed, place, number])
                 file.write_bytes(damaged(whole, numbers))
-                outcome, seconds, used = import_apart(importer)
+                outcome, seconds, used = import_measured(Importer(*given))
                 if outcome in FAULTS:
                     options.keep.mkdir(exist_ok=True)
                     name = f"{number}-{outcome.replace(' ', '-')}-{file.name}"

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.commands.cli import build_parser
+from capsule.engine.configuration import read_settings
 from capsule.importing.command import Importer
 from capsule.recordings.recording import Recording, read_recording
 from support.lab_files import COUNTS, TIME_S
@@ -21,6 +22,7 @@ SETTINGS = {
     "recording": {"sensors": 4, "rate_hz": 10.0, "rate_tolerance": 0.05},
     "diagonal": {"full_scale": 1024.0},
 }
+PARSER, SHIPPED = build_parser(["import"]), read_settings()
 ODD = ROOT / "tests" / "data" / "odd"
 # What a refusal tells to do.
 REMEDY = re.compile(
@@ -62,7 +64,7 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
     words = ["import", *map(str, (*arguments, *condition, *fixed))]
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        importer = Importer(build_parser(["import"]).parse_args(words))
+        importer = Importer(PARSER.parse_args(words), SHIPPED)
         importer.run()
     status, told = int(bool(importer.refused)), importer.summary()
     return Imported(out.getvalue(), err.getvalue(), told, status, folder / "raw")

@@ -22,6 +22,7 @@ from capsule.importing.runs import Reading, as_map, joined, read_columns, runs_o
 from capsule.importing.stated import mentioned_unit
 from capsule.importing.table import QuestionError, Table, choose_tables, naming
 from capsule.importing.units import unit_of
+from capsule.kinds import Settings
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.recordings.recording import Recording, column_names, format_recording
@@ -80,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Import the given files and print their number; return 1 if a file was refused."""
-    importer = Importer(arguments)
+    importer = Importer(arguments, read_settings(arguments.config))
     importer.run()
     _tell(importer.summary())
     return int(importer.refused > 0)
@@ -93,6 +94,8 @@ class Importer:
     ----------
     options : argparse.Namespace
         Options of `capsule.importing.command.add_arguments`.
+    settings : mapping
+        The configuration.
 
     Attributes
     ----------
@@ -103,11 +106,11 @@ class Importer:
     Raises
     ------
     CapsuleError
-        The options, lab.yaml or the configuration cannot be used.
+        The options or lab.yaml cannot be used.
     """
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        self._settings = read_settings(options.config)
+    def __init__(self, options: argparse.Namespace, settings: Settings) -> None:
+        self._settings = settings
         self._options, self._raw = options, options.raw
         given = read_config_file(options.map) if options.map else {}
         with naming(str(options.map or "")):

@@ -91,15 +91,15 @@ def read_source(path: Path, keys: Keys) -> tuple[list[Table], str]:
         raise CapsuleError(TOO_LARGE.format(_MOST_BYTES / 1e6))
     sha256 = hashlib.sha256(content).hexdigest()
     if path.is_dir() or content.startswith(_BAGS):
-        return read_apart("bag of ROS", _read_bag, path, keys), sha256
+        return read_apart("bag of ROS", "rosbags.highlevel", _read_bag, path, keys), sha256
     if content.startswith(_GZIP):
         content, path = _unpacked(content), path.with_suffix("")
     for mark, reason in _NO_TABLE.items():
         if content.startswith(mark):
             raise CapsuleError(reason.format(path.name, path.stem))
-    for mark, ending, name, read in _FORMATS:
+    for mark, ending, name, package, read in _FORMATS:
         if content.startswith(mark) and path.suffix.lower().endswith(ending):
-            return read_apart(name, read, content, keys), sha256
+            return read_apart(name, package, read, content, keys), sha256
     return [read_text(content, keys)], sha256
 
 
@@ -356,14 +356,14 @@ def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
 
 
 # First bytes and ending of the files of each binary format, its name, and its reader.
-_FORMATS: tuple[tuple[bytes, str, str, Reader], ...] = (
-    (b"\x89HDF", ".nwb", "NWB file", read_nwb),
-    (b"\x89HDF", "", "HDF5 file", read_hdf),
-    (b"MATLAB 7.3 MAT-file", "", "HDF5 file", read_hdf),
-    (b"CDF", "", "NetCDF file", read_netcdf),
-    (b"\x93NUMPY", "", "numpy file", read_numpy),
-    (b"TDSm", "", "TDMS file", _read_tdms),
-    (b"XDF:", "", "XDF file", _read_xdf),
-    (b"PK\x03\x04", "", "workbook", _read_zip),
-    (b"", ".mat", "MATLAB file", read_matlab),
+_FORMATS: tuple[tuple[bytes, str, str, str, Reader], ...] = (
+    (b"\x89HDF", ".nwb", "NWB file", "h5py", read_nwb),
+    (b"\x89HDF", "", "HDF5 file", "h5py", read_hdf),
+    (b"MATLAB 7.3 MAT-file", "", "HDF5 file", "h5py", read_hdf),
+    (b"CDF", "", "NetCDF file", "scipy.io", read_netcdf),
+    (b"\x93NUMPY", "", "numpy file", "numpy", read_numpy),
+    (b"TDSm", "", "TDMS file", "nptdms", _read_tdms),
+    (b"XDF:", "", "XDF file", "pyxdf", _read_xdf),
+    (b"PK\x03\x04", "", "workbook", "openpyxl", _read_zip),
+    (b"", ".mat", "MATLAB file", "scipy.io", read_matlab),
 )

@@ -3,16 +3,18 @@
 The packages that read binary formats trust the bytes of a file.
 """
 
+import contextlib
 import logging
+import os
+import pickle
 import sys
 import warnings
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from capsule.engine.forks import forked
 from capsule.engine.project import not_installed
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
@@ -55,8 +57,10 @@ def limit_process(name: str, source: bytes | Path) -> None:
             resource.setrlimit(kind, (most, most))
 
 
-def read_apart(name: str, read: Reader, source: Any, keys: Keys) -> list[Table]:
+def read_apart(name: str, package: str, read: Reader, source: Any, keys: Keys) -> list[Table]:
     """Return the tables in a file, its content or its path, that a function reads.
+
+    The package that it reads with is imported in this process, so once for all files.
 
     Raises
     ------
@@ -65,33 +69,67 @@ def read_apart(name: str, read: Reader, source: Any, keys: Keys) -> list[Table]:
         the message names the format.
     """
 
-    def read_quietly(_: None) -> list[Table]:
+    def tables() -> bytes:
         limit_process(name, source)
         # Some packages log their repairs, with the damaged bytes.
         logging.disable(logging.CRITICAL)
-        with warnings.catch_warnings():
-            # Packages warn about charts, checks and other versions of their format.
-            warnings.simplefilter("ignore")
-            return list(read(source, keys))
+        return pickle.dumps(list(read(source, keys)))
 
-    with ThreadPoolExecutor(1) as pool:
-        reading = pool.submit(list, forked(read_quietly, [None], 2))
-    fault = reading.exception()
+    def tables_or_refusal() -> bytes:
+        with ThreadPoolExecutor(1) as pool:
+            reading = pool.submit(tables)
+        fault = reading.exception()
+        return pickle.dumps(_refusal(name, fault)) if fault else reading.result()
+
+    with warnings.catch_warnings():
+        # Packages warn about charts, checks and other versions of their format.
+        warnings.simplefilter("ignore")
+        with contextlib.suppress(ModuleNotFoundError):
+            import_module(package)
+        forks = sys.platform == "linux"
+        content = _of_a_fork(tables_or_refusal) if forks else tables_or_refusal()
+    found: list[Table] | CapsuleError = pickle.loads(content)
+    if isinstance(found, CapsuleError):
+        raise found
+    if not found:
+        raise CapsuleError(
+            f"the {name} holds no table of numbers, a row for each sample; export the readings so"
+        )
+    return found
+
+
+def _refusal(name: str, fault: BaseException) -> CapsuleError:
+    """Return the error that tells why a file of a format could not be read."""
     if isinstance(fault, CapsuleError):
-        raise fault
+        return fault
     if isinstance(fault, ModuleNotFoundError):
-        raise not_installed(f"the {name} is read by the package {fault.name}", "formats")
-    if isinstance(fault, BrokenProcessPool):
+        return not_installed(f"the {name} is read by the package {fault.name}", "formats")
+    reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
+    return CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
+
+
+def _of_a_fork(call: Callable[[], bytes]) -> bytes:
+    """Return what a call returns in a fork of this process; raise an error if the fork ends."""
+    reading, writing = os.pipe()
+    fork = os.fork()
+    if fork == 0:
+        status = 1
+        try:
+            with os.fdopen(writing, "wb") as stream:
+                stream.write(call())
+            status = 0
+        finally:
+            # Whatever happened, nothing of the command goes on here.
+            os._exit(status)
+    os.close(writing)
+    try:
+        with os.fdopen(reading, "rb") as stream:
+            content = stream.read()
+    finally:
+        _, status = os.waitpid(fork, 0)
+    if status:
         raise CapsuleError(
             "the package that reads this format crashed at it, or came to no end; copy or export "
             "it again"
         )
-    if fault:
-        reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
-        raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
-    (tables,) = reading.result()
-    if not tables:
-        raise CapsuleError(
-            f"the {name} holds no table of numbers, a row for each sample; export the readings so"
-        )
-    return tables
+    return content
