@@ -10,15 +10,16 @@ import sys
 import time
 from collections.abc import Sequence
 from itertools import pairwise
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from tables import table
+from threadpoolctl import threadpool_limits
 
 from capsule.commands.options import natural
 from capsule.engine.configuration import read_config_file
-from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
@@ -84,8 +85,9 @@ def lead(pilot: Pilot, bench: SimulatedBench) -> dict[str, float]:
     return {"judging_s": judging_s, "time_s": samples / RATE_HZ, "map_off_mm": map_off_mm}
 
 
-def surveyed(kind: str, level: float, seed: int) -> tuple[dict, list[dict]]:
+def surveyed(job: tuple[str, float, int]) -> tuple[dict, list[dict]]:
     """Survey a gut, or go to a place and back to a target; give a row, and one for each place."""
+    kind, level, seed = job
     numbers, changes, length_mm = generator(seed, "judge"), {}, GUT_MM
     nodules, targets_mm = [], []
     if kind == "healthy":
@@ -209,10 +211,11 @@ def main() -> None:
         for number in range(min(guts, options.most))
     ]
     rows, places = [], []
-    for row, of_gut in forked(lambda job: surveyed(*job), jobs, options.processes):
-        rows.append(row)
-        places += of_gut
-        print(f"{len(rows)} of {len(jobs)}: {row['kind']}", file=sys.stderr, flush=True)
+    with get_context("fork").Pool(options.processes, threadpool_limits, (1,)) as pool:
+        for row, of_gut in pool.imap(surveyed, jobs):
+            rows.append(row)
+            places += of_gut
+            print(f"{len(rows)} of {len(jobs)}: {row['kind']}", file=sys.stderr, flush=True)
     text = (
         "# Surveys on unseen seeds\n\nMade by `tests/benchmarks/judge_survey.py`; "
         f"[surveys](../../../docs/survey.md) explains it. {len(rows)} simulated surveys, seeds "

@@ -16,12 +16,15 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
+from functools import partial
 from itertools import islice, product
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from tables import ROOT, filled_page, table
+from threadpoolctl import threadpool_limits
 
 # isort: split
 import judged_only
@@ -33,7 +36,6 @@ from capsule.detectors.familiar import FamiliarKind, learn_familiar
 from capsule.detectors.registry import detector_class
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.engine.configuration import read_config_file
-from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
@@ -106,14 +108,9 @@ def judge(readings: Readings, fresh: Sequence[np.ndarray]) -> tuple[list[dict], 
     """Return each detector's rates on an archive and fresh recordings, and the archive's traits."""
     every = readings | {f"fresh/{number}": values for number, values in enumerate(fresh)}
     recordings = {name: DescribedRecording(each, CONFIGURATION) for name, each in every.items()}
-    archive = TrainingArchive(
-        {name: size_mm(name) for name in readings},
-        recordings,
-        NO_TEMPLATES,
-        {},
-        CONFIGURATION,
-        {name: each.no_verdict for name, each in recordings.items()},
-    )
+    sizes = {name: size_mm(name) for name in readings}
+    no_verdicts = {name: each.no_verdict for name, each in recordings.items()}
+    archive = TrainingArchive(sizes, recordings, NO_TEMPLATES, {}, CONFIGURATION, no_verdicts)
     rows = [{"detector": each} | rates(archive, each, list(readings)) for each in DETECTORS]
     judged = [name for name in readings if not archive.no_verdict[name]]
     return rows, {name: recordings[name].traits for name in judged}
@@ -218,6 +215,13 @@ def familiar_row(bench: str, archives: Sequence[Traits]) -> dict[str, object]:
     }
 
 
+def judged(folders: Mapping[str, list[Path]], task: tuple[str, int]) -> tuple:
+    """Return a bench, and what is judged of an archive of it, of its folder or simulated."""
+    bench, number = task
+    archive = stored(folders[bench], number) if bench in folders else simulated(bench, number)
+    return bench, *judge(*archive)
+
+
 def main() -> None:
     """Judge every bench, and write the tables."""
     parser = argparse.ArgumentParser(
@@ -234,19 +238,13 @@ def main() -> None:
     folders = {folder.name: sorted(folder.glob("*.npz")) for folder in arguments.folders}
     tasks = list(product(arguments.benches, range(arguments.archives)))
     tasks += [(bench, number) for bench, paths in folders.items() for number in range(len(paths))]
-
-    def judged_archive(task: tuple[str, int]) -> tuple[list[dict], Traits]:
-        bench, number = task
-        of_folder = bench in folders
-        return judge(*(stored(folders[bench], number) if of_folder else simulated(bench, number)))
-
     made: list[dict] = []
     traits: dict[str, list[Traits]] = defaultdict(list)
-    of_tasks = forked(judged_archive, tasks, arguments.processes)
-    for done, ((bench, _), (rows, of_archive)) in enumerate(zip(tasks, of_tasks, strict=True), 1):
-        made += [{"part": part_of(bench), "bench": bench, **row} for row in rows]
-        traits[bench].append(of_archive)
-        print(f"{done} of {len(tasks)}: {bench}", file=sys.stderr, flush=True)
+    with get_context("fork").Pool(arguments.processes, threadpool_limits, (1,)) as pool:
+        for bench, rows, of_archive in pool.imap(partial(judged, folders), tasks):
+            made += [{"part": part_of(bench), "bench": bench, **row} for row in rows]
+            traits[bench].append(of_archive)
+            print(f"{bench}: {len(traits[bench])} archives", file=sys.stderr, flush=True)
     means = mean_rows(pd.DataFrame(made))
     only = means.loc[means["part"] == JUDGED_ONLY, ["bench", "detector", *SHOWN]]
     several = {bench: each for bench, each in traits.items() if len(each) > 1}

@@ -23,7 +23,7 @@ MODULES = {
 # modules beside the folders of the library use what is in them.
 FLOORS = [
     *("capsule", "capsule.recordings", "capsule.commands.options", "capsule.method"),
-    *("capsule.engine.project", "capsule.engine.jobs", "capsule.engine.forks"),
+    *("capsule.engine.project", "capsule.engine.jobs"),
     "capsule.engine.keys",
     *("capsule.store", "capsule.recordings.held_out", "capsule.phantom", "capsule.parts"),
     "capsule.detectors",
