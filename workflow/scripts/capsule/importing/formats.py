@@ -66,7 +66,7 @@ _NO_TABLE = {
         "pandas.read_pickle('{0}').to_csv('{1}.csv')",
     ),
     **dict.fromkeys(
-        (b"{", b"[{", b"[["),
+        (b'{"', b"{\n", b"{\r", b"{ ", b"{}", b"[{", b"[["),
         "it is JSON; save it as text: pandas.read_json('{0}').to_csv('{1}.csv'), with lines=True "
         "if each line is a sample",
     ),

@@ -140,7 +140,7 @@ _COLUMNS = re.compile(
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
 # What a comment, or a line above the samples, says of all readings.
 _IN_UNIT = re.compile(
-    r"(?:all )?(times?(?! ?base)|"
+    r"(?:all )?(times?(?! ?base|[,;|\t](?! ?in\b))|"
     r"(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
     r"pressures?|forces?|voltages?|resistances?))\b"
     r"(?:.* in (?:(?:unit|step|tick)s? of )?|[^,;|\t(\[:=]*[(\[:=] *)"
