@@ -63,11 +63,12 @@ def _entries(raw: Path) -> Iterator[Entry]:
         kind = _kind(folder, root)
         yield Entry(folder.name, kind)
         if kind == "folder":
-            for entry in os.scandir(folder):
-                # To list a folder already tells this, except for links.
-                is_file = entry.is_file(follow_symlinks=False) and os.access(entry, os.R_OK)
-                kind = "file" if is_file else _kind(Path(entry), root)
-                yield Entry(f"{folder.name}/{entry.name}", kind)
+            with os.scandir(folder) as listed:
+                for entry in listed:
+                    # To list a folder already tells this, except for links.
+                    is_file = entry.is_file(follow_symlinks=False) and os.access(entry, os.R_OK)
+                    kind = "file" if is_file else _kind(Path(entry), root)
+                    yield Entry(f"{folder.name}/{entry.name}", kind)
 
 
 def _kind(path: Path, root: Path) -> str:
