@@ -39,7 +39,7 @@ def content(name, **changes):
 # The bytes of each file, or what makes it; a part of its reason.
 UNUSABLE = {
     "3mm/empty.csv": (b"", "the file is empty"),
-    "3mm/html.csv": (f"time_s,{HOSTILE}\n0,1\n".encode(), f"'{HOSTILE}'"),
+    "3mm/html.csv": (f"time_s,{HOSTILE}\n0,1\n".encode(), f"found: 'time_s,{HOSTILE}'"),
     "3mm/huge.csv": (
         lambda path: os.truncate(os.open(path, os.O_CREAT | os.O_WRONLY), 1_000_000_000),
         "larger than 16 MB",
