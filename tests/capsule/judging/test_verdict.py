@@ -39,8 +39,7 @@ def samples_of(values):
 
 NOISE = np.random.default_rng(2).normal(500, 20, (4, 700)).round()
 # Over 5 mm the capsule may be held until the run is stopped by hand.
-SIMULATED = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-RUN = samples_of(SIMULATED.counts)
+RUN = samples_of(simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01").counts)
 
 
 @pytest.mark.parametrize("samples", [RUN[:200], RUN, [*RUN[:300], *[None] * 10, *RUN[310:]]])

@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from capsule import words
+from capsule.detectors.familiar import Familiarity
 from capsule.evaluation.answers import Estimate
 from capsule.evaluation.archive_rates import Lead
 from capsule.page import cards
@@ -23,8 +24,7 @@ ROW |= {"familiar": "yes", "unfamiliar_because": ""}
 CHANGES = {
     "passed": {},
     "quiet": {"score": 0.5, "probability": 0.01},
-    "strange": {"familiar": "no", "unfamiliar_because": "noise step_s"}
-    | {"unlike_value": 0.5, "unlike_least": 0.1, "unlike_most": 0.2},
+    "strange": Familiarity(False, ("noise", "step_s"), 0.5, 0.1, 0.2).cells,
     "doubtful": {"probability": 0.07},
     "likely": {"probability": 0.8},
     "sure": {},
@@ -35,14 +35,12 @@ CHANGES = {
 def patients():
     """Return the cards of all patients in their order; "passed" is that of a place."""
     verdicts = {
-        f"unlabelled/{name}": [
-            {"detector": each, **ROW, **change} for each in ("taught", "diagonal")
-        ]
-        for name, change in CHANGES.items()
+        f"unlabelled/{name}": [ROW | {"detector": each} | of for each in ("taught", "diagonal")]
+        for name, of in CHANGES.items()
     }
-    rows = [[name, NAN, "accepted", NAN, "", "aa", 70.0] for name in verdicts]
-    rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
-    index = index_of(*rows)
+    usual = [[name, NAN, "accepted", NAN, "", "aa", 70.0] for name in verdicts]
+    bad = ["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN]
+    index = index_of(*usual, bad)
     index["site"] = index["recording"].map({"unlabelled/passed": "place"})
     place = {"site": "place", "size_mm": NAN, "passes": 2, "detector": "taught", **ROW}
     sites = pd.DataFrame([place | {"probability": NAN}])

@@ -391,6 +391,15 @@ def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, pag
     assert 3 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 11
 
 
+def test_the_same_inputs_give_the_same_page_but_for_one_marked_line(page, project, tmp_path):
+    again = project.copy(tmp_path / "again")
+    assert again.snakemake("--forcerun", "report").status == 0
+    made = page, again.results / "report.html"
+    before, after = (each.read_text(encoding="utf-8").splitlines() for each in made)
+    changed = [n for n, pair in enumerate(zip(before, after, strict=True)) if len({*pair}) > 1]
+    assert {before[n - 1] for n in changed} <= {"<!-- the next line changes from run to run -->"}
+
+
 def test_a_long_table_lists_some_rows_and_sees_all(browser, page, tmp_path):
     # As the page of a large archive, of which the table begins with some rows.
     text = page.read_text(encoding="utf-8")
