@@ -181,7 +181,7 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
 @pytest.mark.parametrize(
     "drawing",
     [
-        lambda: draw_rates.sizing_drawing(inputs_of(sizes_mm=(0.0, 1.7), template=[(0, 0)])),
+        lambda: draw_rates.negatives_drawing(inputs_of(sizes_mm=[7.0], template=[(7, 7)])),
         lambda: draw_rates.roc_drawing(inputs_of(template=[])),
         learning_curves,
         lambda: learning_curves((0, 0), rate=np.nan),
