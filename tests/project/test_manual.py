@@ -13,10 +13,8 @@ from support.command import output_of
 from support.documents import documents, text_of
 from support.project import ROOT
 
-DOCS = ROOT / "docs"
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
 STUDIES = sorted((ROOT / "workflow/studies").rglob("*.md"))
-BENCHES = ROOT / "workflow/report/benches.csv"
 NAMES = [path.relative_to(ROOT).as_posix() for path in [*documents(), *STUDIES]]
 
 
@@ -26,7 +24,7 @@ def test_the_manual_is_built_of_what_the_code_says_and_loads_nothing_from_elsewh
     """A link without a target is a warning of Sphinx, so an error."""
     pytest.importorskip("sphinx", reason="Sphinx is not installed")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", tmp_path / "trees"]
-    output_of(*command, DOCS, tmp_path / "site")
+    output_of(*command, ROOT / "docs", tmp_path / "site")
     pages = [*(tmp_path / "site").rglob("*.html")]
     text = {path.stem: path.read_text(encoding="utf-8") for path in pages}
     loads = re.compile(r"<(?:link|script|img)\b[^>]*\b(?:href|src)=\"([^\"]+)\"")
@@ -83,8 +81,8 @@ def test_every_key_is_explained_as_the_schema_has_it_and_no_other():
 
 
 def test_pages_give_the_range_that_the_benchmark_measured_and_the_numbers_that_are_computed():
-    lines = []
-    for *words, specificity, small, large in map(dict.values, read_csv(BENCHES)):
+    lines, benches = [], read_csv(ROOT / "workflow/report/benches.csv")
+    for *words, specificity, small, large in map(dict.values, benches):
         rates = [f"{100 * float(rate):.1f} %" for rate in (specificity, small, large)]
         lines.append(f"| {' | '.join([*words, *rates])} |\n")
     for page in ("docs/detection.md", "workflow/studies/results/detection-benches.md"):

@@ -57,9 +57,8 @@ def compiled():
 
 def section(name, **page):
     """Return a section as the browser shows its texts, with its tags."""
-    made = compiled()
     # The frame imports the macros for all sections.
-    frame = made.loader.mapping["report.html.j2"].splitlines()
+    frame = compiled().loader.mapping["report.html.j2"].splitlines()
     imports = [line for line in frame if line.startswith("{% from ")]
     text = "\n".join([*imports, f'{{% include "sections/{name}.html.j2" %}}'])
-    return html.unescape(made.from_string(text).render(page=page))
+    return html.unescape(compiled().from_string(text).render(page=page))

@@ -48,8 +48,6 @@ Path("told.json").write_text(json.dumps([told, of_recordings]))
 
 EVERY = {"preprocess", "list", "list_labelled", "fit", "describe", "plot", "templates", "survey"}
 EVERY |= {"evaluate", "detect", "draw", "report"}
-
-
 # Another recording of a nodule.
 OTHER = format_recording(make_recording(3.0, "3mm/other"))
 

@@ -29,9 +29,8 @@ def run_project(folder):
     (project.raw / "1mm" / "empty.csv").write_bytes(b"")
     (project.raw / "1mm" / "wrong.csv").write_text(f"time_s,{EVIL}\n0,1\n", encoding="utf-8")
     (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
-    write_session(folder / "sessions" / "demo")
-    write_session(folder / "sessions" / "second")
-    write_session(folder / "sessions" / "running", {"stream.csv.part": b"time_s"})
+    for name, contents in (("demo", None), ("second", None), ("running", {"stream.csv.part": b""})):
+        write_session(folder / "sessions" / name, contents)
     run = project.snakemake()
     assert run.status == 0, run.output
 
