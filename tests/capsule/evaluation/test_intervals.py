@@ -29,11 +29,6 @@ def places_of(number, passes=1):
     return Units.of_places(np.repeat(np.arange(number), passes))
 
 
-def both_alone(healthy, nodules):
-    """Return the units of single recordings of both kinds."""
-    return places_of(healthy), Units(np.ones(nodules), healthy + np.arange(nodules))
-
-
 # Of single recordings, against the libraries.
 
 
@@ -133,16 +128,16 @@ def assert_newcombe(area, ends, m, n, confidence=0.95):
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
 @pytest.mark.parametrize(("m", "n", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9), (1, 2, 9)])
 def test_the_interval_of_an_area_is_newcombes_method_5(confidence, m, n, shift):
-    numbers, units = generator(1, "ends", str(m)), both_alone(m, n)
+    numbers = generator(1, "ends", str(m))
+    units = places_of(m), Units(np.ones(n), m + np.arange(n))
     healthy, nodule = numbers.normal(size=m), numbers.normal(shift, 1, n)
     area, low, high = intervals.auc_interval(healthy, nodule, units, confidence)
     assert_newcombe(area, (low, high), m, n, confidence)
-    assert low < area <= high
-    assert (high == 1.0) == (area == 1.0)
+    assert low < area <= high and (high == 1.0) == (area == 1.0)
     mirrored = intervals.auc_interval(-healthy, -nodule, units, confidence)
     assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
-    nothing = intervals.auc_interval(healthy[:0], nodule, both_alone(0, n), confidence)
-    assert np.isnan(nothing).all()
+    nothing = healthy[:0], nodule, (places_of(0), units[1])
+    assert np.isnan(intervals.auc_interval(*nothing, confidence)).all()
 
 
 @pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 1.0])
@@ -155,8 +150,7 @@ def test_the_fewest_recordings_whose_interval_is_narrow_enough_are_needed(expect
 
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
-    # Of 20 healthy recordings the threshold is the highest score.
-    # No rank is below that of the lowest score.
+    # Of 20 healthy recordings the threshold is the highest score; no rank is below the lowest.
     for healthy, wanted, rank in ((20, 0.95, 20), (39, 0.95, 38), (1, 0.95, 1), (9, 0.0, 1)):
         expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
         assert intervals.new_specificity(healthy, wanted) == pytest.approx(expected)
@@ -213,12 +207,7 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
 
 @pytest.mark.parametrize(
     ("gains", "passes"),
-    [
-        ([-1, 1, 1, 0, 1, 0, 0], 1),
-        ([1, 1, 0, 0, 1, 1, 0, 0, -1, -1], 2),
-        ([1] * 3, 1),
-        ([-1] * 3, 1),
-    ],
+    [([-1, 1, 1, 0, 1, 0], 1), ([1, 1, 0, 0, 1, 1, -1, -1], 2), ([1] * 3, 1), ([-1] * 3, 1)],
 )
 def test_a_gain_has_bonett_and_prices_interval_of_as_many_as_recordings_are_worth(gains, passes):
     gains, units = np.array(gains, dtype=float), places_of(len(gains) // passes, passes)
@@ -230,10 +219,9 @@ def test_a_gain_has_bonett_and_prices_interval_of_as_many_as_recordings_are_wort
     reach = intervals.normal_quantile(0.95) * math.sqrt(variance / (size + 2))
     value = gains.mean()
     ends = max(min(centre - reach, value), -1), min(max(centre + reach, value), 1)
-    interval = intervals.gain_interval(0 * gains, gains, units, 0.95)
-    assert interval == pytest.approx((value, *ends))
-    # A recording that was not judged both times has no gain.
     before, after = 0 * gains, gains.copy()
+    assert intervals.gain_interval(before, after, units, 0.95) == pytest.approx((value, *ends))
+    # A recording that was not judged both times has no gain.
     before[0] = after[-1] = np.nan
     known = intervals.gain_interval(before, after, units, 0.95)
     assert known[0] == pytest.approx(gains[1:-1].mean())
@@ -261,11 +249,9 @@ def test_each_place_weighs_the_same_in_every_measure():
     assert sign_test(first, ~first, Units.of_places(~first * 1)) == 1.0
     # Kills: ends of a median that follow from the order of equal values, whose weights differ.
     values, places = np.array([1, 1, 1, 1, 0, 1, 1, 1.0]), np.array([0, 1, 2, 2, 2, 2, 3, 4])
-    there, again = (
-        intervals.median_interval(values[order], Units.of_places(places[order]), 0.95)
-        for order in (np.arange(8), np.array([3, 5, 6, 0, 1, 4, 7, 2]))
-    )
-    assert there == again
+    turned, places_turned = (each[[3, 5, 6, 0, 1, 4, 7, 2]] for each in (values, places))
+    there = intervals.median_interval(values, Units.of_places(places), 0.95)
+    assert there == intervals.median_interval(turned, Units.of_places(places_turned), 0.95)
 
 
 @pytest.mark.parametrize("first", [6, 3, 0], ids=["apart", "some of both kinds", "most"])
