@@ -102,6 +102,8 @@ SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 SEARCH = {"level_weight": 0.0, "depth_weight": 1.0, "shape_weight": 0.0, "least_spread": 0.2}
 SEARCH |= {"limit": 4.0, "pitch_mm": 6.0, "lag_range": (80.0, 300.0), "lags": 12}
 SEARCH |= {"step_mm": 0.5, "width_mm": 1.0, "dwell": 12.0}
+DRAWN = {"pitch_mm": (1.0, 15.0), "step_mm": (0.2, 2.0), "width_mm": (0.3, 3.0)}
+DRAWN |= {"limit": (1.0, 5.0), "level_weight": (-1.0, 1.0), "shape_weight": (0.0, 1.0)}
 
 
 def written_out(beats, weighted, search):
@@ -126,16 +128,8 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     numbers = generator(number, "written out")
     sensors, windows = numbers.integers(1, 7), numbers.integers(20, 200)
     # With a long pitch, most sensors reach hardly any place.
-    search = SEARCH | {
-        "pitch_mm": numbers.uniform(1.0, 15.0),
-        "lags": numbers.integers(1, 20),
-        "step_mm": numbers.uniform(0.2, 2.0),
-        "width_mm": numbers.uniform(0.3, 3.0),
-        "dwell": numbers.choice([1.0, 12.0, 100.0]),
-        "limit": numbers.uniform(1.0, 5.0),
-        "level_weight": numbers.uniform(-1.0, 1.0),
-        "shape_weight": numbers.uniform(0.0, 1.0),
-    }
+    search = SEARCH | {name: numbers.uniform(*ends) for name, ends in DRAWN.items()}
+    search |= {"lags": numbers.integers(1, 20), "dwell": numbers.choice([1.0, 12.0, 100.0])}
     centre = 16.0 + numbers.integers(1, 8) * np.arange(windows)
     channels = numbers.normal(0.0, 0.3, (3, sensors, windows))
     beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
@@ -149,8 +143,8 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     tried = written_out(beats, weighted, search)
     places = sorted({place for _, place in tried})
     most = [max(tried[each][0] for each in tried if each[1] == place) for place in places]
-    np.testing.assert_allclose(along, most, atol=2e-6)
-    assert passage.evidence == pytest.approx(max(most), abs=2e-6)
+    np.testing.assert_allclose(along, most, atol=5e-6)
+    assert passage.evidence == pytest.approx(max(most), abs=5e-6)
     head_mm = search["pitch_mm"] / passage.lag_samples * centre - beats.irregular_mm[0]
     np.testing.assert_allclose(beyond_mm, head_mm + beats.irregular_mm - passage.location_mm)
     best = passage.lag_samples, passage.location_mm

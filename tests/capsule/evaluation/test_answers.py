@@ -58,6 +58,7 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     for alarms, hits, expected in (measured, (0, 0, (UNKNOWN, 0.9)), (20, 10, (0.1, UNKNOWN))):
         meaning = answers_of(rates_of(evaluated(verdicts(20, alarms, 10, hits))), *OF_RULE).meaning
         assert [each.value for each in meaning] == pytest.approx(expected, nan_ok=True)
+        assert [(each.hits, each.of) for each in meaning] == [(0, 0)] * 2
 
 
 def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():

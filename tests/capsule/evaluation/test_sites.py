@@ -106,15 +106,6 @@ def test_the_first_passes_over_every_place_are_judged_together():
         assert all(verdicts["size_mm"] == [sites[name]["size_mm"][0] for name in verdicts["site"]])
 
 
-def test_passes_come_in_the_order_of_the_index_whatever_they_are_called():
-    # The threshold of a site with two passes is the mean of the first two of the healthy site.
-    sites = dict.fromkeys(["2mm/z", "2mm/b", "2mm/a"], "p") | {"3mm/y": "q", "3mm/x": "q"}
-    verdicts = pd.DataFrame({"recording": list(sites), "size_mm": [0.0] * 3 + [3.0] * 2})
-    verdicts = verdicts.assign(detector="diagonal", score=[0.0, 1.0, 5.0, 2.0, 2.0], **UNTOLD)
-    table = table_of(verdicts.sort_values("recording"), sites, 0.5)
-    assert table["threshold"][table["site"] == "q"].tolist() == [0.5]
-
-
 def test_sites_of_several_passes_are_listed_by_detector_and_label_and_say_which_pass_is_strange():
     sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
     sites |= {"2mm/q": "q", "2mm/r": "q", "2mm/s": "r", "2mm/t": "r"}
@@ -138,3 +129,10 @@ def test_sites_of_several_passes_are_listed_by_detector_and_label_and_say_which_
     assert strange == [["2mm/b", "noise"]] * 2
     assert table["verdict"].tolist()[:2] == [VerdictWord.UNLIKE, VerdictWord.NODULE]
     assert table_of(made.iloc[:0].assign(detector="", score=0.0), {}, 0.9).empty
+    # Passes come in the order of the index, whatever they are called: the threshold of a site with
+    # two passes is the mean of the first two of the healthy site.
+    sites = dict.fromkeys(["2mm/z", "2mm/b", "2mm/a"], "p") | {"3mm/y": "q", "3mm/x": "q"}
+    verdicts = pd.DataFrame({"recording": list(sites), "size_mm": [0.0] * 3 + [3.0] * 2})
+    verdicts = verdicts.assign(detector="diagonal", score=[0.0, 1.0, 5.0, 2.0, 2.0], **UNTOLD)
+    table = table_of(verdicts.sort_values("recording"), sites, 0.5)
+    assert table["threshold"][table["site"] == "q"].tolist() == [0.5]
