@@ -37,7 +37,6 @@ SHAPE = {"sensors": 3, "first_peak": 20, "length": 120}
 EVERY = {name: detector_class(name) for name in DETECTORS}
 SCORED = {name: each for name, each in EVERY.items() if issubclass(each, ScoredDetector)}
 every_detector = pytest.mark.parametrize("detector", list(EVERY.values()), ids=list(EVERY))
-every_scored_one = pytest.mark.parametrize("detector", list(SCORED.values()), ids=list(SCORED))
 
 
 def recording_of(size_mm, numbers):
@@ -123,7 +122,7 @@ def test_the_fields_of_a_verdict_agree_with_each_other(detector, archive):
     assert not verdict.predicted_mm > 0
 
 
-@every_scored_one
+@pytest.mark.parametrize("detector", list(SCORED.values()), ids=list(SCORED))
 def test_threshold_probability_and_sizes_are_of_the_scores_without_the_place(detector, archive):
     model = detector.taught(archive)
     seen, sizes_mm, places = archive.teaching(detector.seen, ())

@@ -90,6 +90,12 @@ def test_another_trait_is_named_with_its_number_and_the_range():
         assert f" {text}" in reason.partition(", but ")[0]
         assert familiarity_line(cells) == f"unlike the recordings that teach: {reason}"
         assert unlike_because(cells | {"unlike_recording": "b"}) == f"b: {reason}"
+    # The trait that deviates most comes first, and the others are counted.
+    several = kind_of().judge(replace(USUAL, step_s=-3.0, noise=9.0, unsteadiness=0.9))
+    assert several.traits == ("step_s", "noise", "unsteadiness")
+    assert "; 2 other traits" in unlike_because(several.cells)
+    # The time from sensor to sensor counts in periods, so it stays usual.
+    assert kind_of().judge(replace(USUAL, step_s=2.5, period_s=32.0)).traits == ("period_s",)
 
 
 def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has_it():
@@ -111,14 +117,6 @@ def test_fewer_places_than_the_rate_needs_can_tell_nothing():
     taught = recordings_of(traits={f"0mm/{number}": USUAL for number in range(60)})
     archive = TrainingArchive(dict.fromkeys(taught, 0.0), taught, NO_TEMPLATES, {}, {})
     assert FamiliarKind.taught(archive, list(taught)[:5]).places == 55
-
-
-def test_the_trait_that_deviates_most_comes_first_and_the_others_are_counted():
-    several = kind_of().judge(replace(USUAL, step_s=-3.0, noise=9.0, unsteadiness=0.9))
-    assert several.traits == ("step_s", "noise", "unsteadiness")
-    assert "; 2 other traits" in unlike_because(several.cells)
-    # The time from sensor to sensor counts in periods, so it stays usual.
-    assert kind_of().judge(replace(USUAL, step_s=2.5, period_s=32.0)).traits == ("period_s",)
 
 
 # A single sensor, which has no steps, is judged by the other traits.

@@ -233,9 +233,7 @@ def test_scores_are_compared_with_the_threshold_of_their_fold_and_held_out_ones_
     apart["sensitivity_at_specificity"] = (apart["detector"] == "template").astype(float)
     both = pd.concat([apart, table])
     assert leading(both, list(SCORES), ["held_out", *SCHEMES], "best").detector == "diagonal"
-
-
-def test_the_choice_of_the_best_is_paid_for_where_it_was_made():
+    # The choice of the best is paid for where it was made.
     chosen = (False, "leave_one_out", 4, 0.9875), (False, "held_out", 4, 0.95)
     given = (True, "leave_one_out", 4, 0.95), (False, "leave_one_out", 0, 0.95)
     for named, scheme, compared, level in chosen + given:
