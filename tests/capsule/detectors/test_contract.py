@@ -85,9 +85,7 @@ LEFT_OUT += [[name for name in SIZES_MM if name < end] for end in ("1mm", "1mm/r
 
 @every_detector
 @pytest.mark.parametrize("left_out", LEFT_OUT, ids=lambda names: f"{len(names)} {names[:1]}")
-def test_a_fold_teaches_what_an_archive_of_it_alone_does_and_json_holds_it(
-    detector, archive, made, left_out
-):
+def test_a_fold_teaches_like_an_archive_of_it_and_json_holds_it(detector, archive, made, left_out):
     rest = {name: each for name, each in made.items() if name not in left_out}
     models = [detector.taught(archive, left_out), detector.taught(archive_of(rest, archive.places))]
     # Templates have a file of their own, which holds those of all recordings.

@@ -34,9 +34,8 @@ def readings(samples, period, deeper):
 @pytest.mark.parametrize(
     ("samples", "period", "deeper"), [(700, 29.0, 0.5), (704, 32.0, 0.5), (700, 36.0, 60.0)]
 )
-def test_the_networks_beats_lie_a_quarter_of_a_wave_apart_on_lines_between_those_of_all_windows(
-    samples, period, deeper
-):
+def test_the_networks_beats_lie_a_quarter_of_a_wave_apart_on_lines(samples, period, deeper):
+    """The lines are those between the beats of all windows."""
     wave = find_wave(readings(samples, period, deeper), 32.0)
     turn = np.exp(-1j * wave.phase)
     turns = np.stack([turn.real, -turn.imag, (turn**2).real, -(turn**2).imag])

@@ -61,8 +61,7 @@ def test_a_mean_has_students_interval_and_a_median_the_binomials_ranks(values, l
 
 
 @pytest.mark.parametrize(
-    "counts",
-    [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7), (30, 30, 6, 9)],
+    "counts", [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7)]
 )
 # With no other hit, statsmodels divides by 0.
 @pytest.mark.filterwarnings("ignore:divide by zero:RuntimeWarning")

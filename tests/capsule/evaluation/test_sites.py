@@ -38,23 +38,22 @@ def table_of(verdicts, sites, specificity):
 
 UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | Familiarity(None).cells
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
-TWO, THREE = passes(None, 1.0, 1.0), passes(None, 1.0, 1.0, 1.0)
+ALL = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
 ONE_HIGH = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
 BOTH = {f"h{place}": passes(0.0, place, place) for place in range(3)}
 BOTH |= {"h2#2": passes(2.0, 1.5, 1.5), "h2#?": passes(None, 1.5, 1.5)}
 RULE = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
-NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
 
 
 def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many():
     for sites, detector, specificity, key, threshold, detected in (
         # Of 10 healthy places the threshold is the mean of rank 9, that of h8. The mean of a
         # healthy site does not teach its own threshold: of the 9 others the rank is 8.
-        (HEALTHY | NODULE, "diagonal", 0.8, "n", 8.1, True),
-        (HEALTHY | NODULE, "diagonal", 0.8, "h8", 7.1, True),
+        (ALL, "diagonal", 0.8, "n", 8.1, True),
+        (ALL, "diagonal", 0.8, "h8", 7.1, True),
         # Each mean is over as many passes as were made: (2 + 0) / 2.
-        (ONE_HIGH | {"n": TWO}, "diagonal", 0.5, "n", 1.0, False),
-        (ONE_HIGH | {"n": THREE}, "diagonal", 0.5, "n", 2 / 3, True),
+        (ONE_HIGH | {"n": passes(None, 1.0, 1.0)}, "diagonal", 0.5, "n", 1.0, False),
+        (ONE_HIGH | {"n": passes(None, 1.0, 1.0, 1.0)}, "diagonal", 0.5, "n", 2 / 3, True),
         # The healthy passes over a site teach none of its passes.
         (BOTH, "diagonal", 0.95, "h2#2", 1.0, True),
         (BOTH, "diagonal", 0.95, "h2#?", 1.0, True),

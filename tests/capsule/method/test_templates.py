@@ -66,7 +66,6 @@ def test_what_is_unknown_stays_unknown():
     known, unknown = np.ones((2, 10)), np.full((2, 10), np.nan)
     distances = method.template_distances(known, [0 * known, unknown])
     assert distances == pytest.approx([np.sqrt(1 / 3), np.nan], nan_ok=True)
-    assert method.nearest_size(distances, [0, 1]) == 0
     assert np.isnan(method.template_distances(unknown, [known])).all()
     assert np.isnan(method.nearest_size(distances[1:], [0]))
     assert np.isnan(method.nearest_size(distances[:0], []))
