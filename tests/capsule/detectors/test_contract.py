@@ -27,12 +27,9 @@ SIZES_MM = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(60)}
 SILENT = "1mm/r5"
 # Two recordings are passes over a place.
 PLACES = {name: f"{name[:3]}/{place // 8}" for place, name in enumerate(SIZES_MM)}
-SETTINGS = {
-    "evaluation": {"specificity": 0.9, "prevalence": 0.1, "size_confidence": 0.9},
-    # Of a detector without a setting for it, the ridge is 1.
-    "diagonal": {},
-    "taught": TAUGHT | {"size_ridge": 2.0},
-}
+SETTINGS = {"evaluation": {"specificity": 0.9, "prevalence": 0.1, "size_confidence": 0.9}}
+# Of a detector without a setting for it, the ridge is 1.
+SETTINGS |= {"diagonal": {}, "taught": TAUGHT | {"size_ridge": 2.0}}
 SHAPE = {"sensors": 3, "first_peak": 20, "length": 120}
 EVERY = {name: detector_class(name) for name in DETECTORS}
 SCORED = {name: each for name, each in EVERY.items() if issubclass(each, ScoredDetector)}

@@ -158,8 +158,7 @@ def test_the_period_equals_the_formula_written_out(samples, period):
     assert found == pytest.approx(padded / (lines[highest] + off), rel=1e-9)
     # Where the power grows beyond these ends, it is the last line, or half a line beyond.
     for beyond, end in ((14.0, 2048 / 128.5), (75.0, 64)):
-        found = waves.wave_period(np.cos(phase_of(beyond, 512)), 32.0)
-        assert found == pytest.approx(end)
+        assert waves.wave_period(np.cos(phase_of(beyond, 512)), 32.0) == pytest.approx(end)
 
 
 @pytest.mark.parametrize("period", [20.0, 25.3])
@@ -221,13 +220,20 @@ def test_period_and_steps_are_found(period_s, step_s):
     assert traits.step_spread_s < 0.02 and traits.unsteadiness < 0.01 and traits.wave_share > 0.98
 
 
-def test_a_sensor_out_of_turn_spreads_the_steps_and_gain_and_offset_do_not_matter():
+def test_traits_of_sensors_out_of_turn_of_other_gains_alone_or_dead():
     values = wave_readings()
     usual, swapped = traits_of(values), traits_of(values[[0, 2, 1, 3]])
     # The steps are 0.5, -0.25 and 0.5 s in place of 0.25 s.
     assert (swapped.step_spread_s, swapped.step_s) == pytest.approx((0.5, 0.25), abs=0.02)
     changed = values * [[3.0], [0.1], [7.0], [1.0]] + [[-9.0], [2.0], [0.0], [100.0]]
     np.testing.assert_allclose(astuple(traits_of(changed)), astuple(usual), rtol=1e-6)
+    # A single sensor has no steps.
+    single, pair = (traits_of(wave_readings(sensors=sensors)) for sensors in (1, 2))
+    assert np.isnan([single.step_s, single.step_spread_s]).all()
+    assert (single.period_s, pair.step_s) == pytest.approx((3.2, 0.25), abs=0.01)
+    # A dead sensor, or fewer than four waves, leaves no traits.
+    for without in (values * [[1], [1], [0], [1]], wave_readings(samples=100)):
+        assert traits_of(without) == UNKNOWN_TRAITS
 
 
 def test_an_irregular_wave_is_unsteady_and_its_depth_is_measured_along_its_own_phase():
@@ -242,14 +248,6 @@ def test_an_irregular_wave_is_unsteady_and_its_depth_is_measured_along_its_own_p
         values[:, 100 : 100 + gap] = np.nan
         bends = np.nanmean(np.abs(np.diff(values, n=2, axis=1)), axis=1)
         assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.05)
-
-
-def test_a_single_sensor_has_no_steps_and_a_dead_sensor_or_fewer_than_four_waves_no_traits():
-    single, pair = (traits_of(wave_readings(sensors=sensors)) for sensors in (1, 2))
-    assert np.isnan([single.step_s, single.step_spread_s]).all()
-    assert (single.period_s, pair.step_s) == pytest.approx((3.2, 0.25), abs=0.01)
-    for values in (wave_readings() * [[1], [1], [0], [1]], wave_readings(samples=100)):
-        assert traits_of(values) == UNKNOWN_TRAITS
 
 
 def test_the_share_of_the_wave_counts_its_first_two_overtones_and_what_lies_near_them():

@@ -66,8 +66,7 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
     answers = answers_of(rates, "diagonal", "leave_one_out")
     quiet, recall = answers.set_specificity, answers.found[2.0]
     assert (quiet.places, quiet.least_places, quiet.mean) == (20, 19, 0.95)
-    few = rates_of(evaluated(verdicts(4, 0, 3, 3), detectors=("diagonal",)))
-    few = told.set_specificity(few, "leave_one_out")
+    few = told.set_specificity(rates_of(evaluated(verdicts(4, 0, 3, 3))), "leave_one_out")
     # Fewer healthy places set what their highest score has on average.
     assert few.cannot() and not quiet.cannot() and few.mean == pytest.approx(4 / 5)
     for name in ("value", "low", "high"):
@@ -195,7 +194,6 @@ SCORES = {
     "diagonal": [0, 0, 2, 0.8, 2, 2, 1.5, 0.5],
     "taught": [0, 0, 0.9, 2, 1.5, 0.5, 3, 1.2],
 }
-TURNED = dict(reversed(SCORES.items()))
 OF_TAUGHT = np.array(SCORES["taught"])
 TEMPLATE, NAN = {"template": SCORES["template"]}, UNKNOWN
 
@@ -204,7 +202,7 @@ def test_detectors_are_compared_at_the_same_specificity():
     for scores, named, detector, sensitivity in (
         # The one that finds most at the same specificity leads, unless another is named.
         (SCORES, "best", "diagonal", 0.75),
-        (TURNED, "best", "taught", 0.75),
+        (dict(reversed(SCORES.items())), "best", "taught", 0.75),
         (SCORES, "template", "template", 0.5),
         # Its own threshold, which then finds all or nothing, does not choose.
         (TEMPLATE | {"taught": OF_TAUGHT + 5}, "best", "taught", 0.75),

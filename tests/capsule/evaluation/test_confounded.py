@@ -28,8 +28,7 @@ def alone(pairs):
     return [(f"value {number}-{size}", size) for number, (_, size) in enumerate(pairs)]
 
 
-DAYS = [f"day {day}" for day in range(4)]
-EACH_DAY = [pair for day in DAYS for pair in healthy(day, 5) + nodules(day, 5)]
+EACH_DAY = [pair for n in range(4) for pair in healthy(f"day {n}", 5) + nodules(f"day {n}", 5)]
 OF_DAYS = [(f"day {size:g}", size) for _, size in nodules("")]
 BOTH_OF_DAYS = [*OF_DAYS, *(pair for size in SIZES for pair in healthy(f"day {size:g}"))]
 

@@ -119,8 +119,7 @@ def test_places_are_the_clusters_and_what_is_held_out_neither_teaches_nor_is_jud
     # Were "0mm/d" to teach, nothing but 2mm/a would be louder.
     rows = rows_of(apart=["0mm/d"])
     assert [(row["judged"], row["taught"]) for row in last_of(rows)] == [(3, 6), (2, 6), (2, 6)]
-    three_quarters = {row["size_from_mm"]: row["rate"] for row in rows if row["share"] == 0.75}
-    assert three_quarters[1.0] > 0
+    assert (rows[7]["share"], rows[7]["size_from_mm"]) == (0.75, 1.0) and rows[7]["rate"] > 0
 
 
 @pytest.mark.parametrize("sizes", [[], [0], [2], [0, 1], [0, 0], [1, 2], [0, 1, 2] * 400], ids=len)

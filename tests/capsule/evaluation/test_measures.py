@@ -211,16 +211,14 @@ def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
 # Sizes and locations.
 
 
-def test_a_size_is_within_the_tolerance_if_a_nodule_is_found():
+def test_errors_are_signed_and_count_what_was_found_and_is_known():
+    # A size is within the tolerance if a nodule is found.
     rows = [(1.0, 0.0, 1.0, 0), (1.0, 2.0, 1.0, 1), (2.5, 2.3, 0.2, 1), (2.0, 4.0, 1.0, 0)]
     for true, predicted, tolerance_mm, within in rows:
         made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
         # A missed nodule counts as 0 mm.
         found = made["within"], made["exact"], made["mean_absolute_error_mm"]
         assert found == pytest.approx((within, 0, abs(true - predicted)))
-
-
-def test_errors_of_size_and_location_are_signed_and_count_what_was_found_and_is_known():
     estimates, where = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN], [9.0, 5.0, 5.0, 8.0, 5.0]
     made = of([1, 0, 1, 1, 0], estimate_mm=estimates, location_mm=where)
     found = sizing(one(made, nodule_at_mm=["", "", "7", "7", "7"]))

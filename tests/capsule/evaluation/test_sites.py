@@ -32,8 +32,8 @@ def verdict_of(sites, key, specificity, detector="diagonal"):
 
 def table_of(verdicts, sites, specificity):
     index = {name: {"site": site} for name, site in sites.items()}
-    rules = {"schemes": ["leave_one_out"], "specificity": specificity}
-    return site_table(verdicts.assign(scheme="leave_one_out"), [], index, rules)
+    rules = {"schemes": ["all"], "specificity": specificity}
+    return site_table(verdicts.assign(scheme="all"), [], index, rules)
 
 
 UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | Familiarity(None).cells
@@ -86,7 +86,6 @@ def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
 ONCE_OR_MORE = {"h1": passes(0.0, 0.0, 0.4, 9.0), "h2": passes(0.0, 0.3, 0.1)}
 ONCE_OR_MORE |= {"h3": passes(0.0, 0.9), "n1": passes(1.0, 0.1, 0.9)}
 ONE_SILENT = HEALTHY | {"n": passes(2.0, 30.0), "silent": passes(2.0, UNKNOWN)}
-LOUD = dict.fromkeys(ONE_SILENT, False) | {"h8": True, "n": True}
 HALF_SILENT = ONCE_OR_MORE | {"h1": passes(0.0, UNKNOWN, 0.4)}
 
 
@@ -96,7 +95,7 @@ def test_the_first_passes_over_every_place_are_judged_together():
         (ONCE_OR_MORE, 2, {"h1": False, "h2": False, "n1": True}),
         # If one pass has no verdict, the other one counts.
         (HALF_SILENT, 2, {"h1": True, "h2": False, "n1": True}),
-        (ONE_SILENT, 1, LOUD),
+        (ONE_SILENT, 1, dict.fromkeys(ONE_SILENT, False) | {"h8": True, "n": True}),
         # No healthy site was passed three times: nothing can be judged by three passes.
         (HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}, 3, {}),
     ):

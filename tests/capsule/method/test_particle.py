@@ -17,8 +17,7 @@ SMALL = method.ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
 
 @pytest.mark.parametrize(("sensors", "length", "first_peak"), [(4, 200, 30), (1, 20, 5)])
 def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
-    (drawn,) = PAPER.draw(1, sensors, generator(1, "render"))
-    particle = method.Particle.from_vector(drawn)
+    particle = method.Particle.from_vector(PAPER.draw(1, sensors, generator(1, "render"))[0])
     particle.peak_spacing[:] = particle.peak_spacing / 10 + 0.25  # averages may be fractions
     expected = literal.render(*vars(particle).values(), first_peak, length)
     np.testing.assert_allclose(method.render(particle, first_peak, length), expected, atol=1e-14)

@@ -22,10 +22,9 @@ def test_preprocessing_equals_the_literal_formulas(sensors, samples, window):
 def test_a_constant_sensor_is_not_divided_by_zero_and_no_sample_is_cut_off():
     with pytest.raises(ValueError, match="constant"):
         normalize(np.array([[1.0, 2.0], [0.1, 0.1]]))
-    full = np.ones((1, 4))
-    np.testing.assert_array_equal(method.extend(full, 4), full)
+    np.testing.assert_array_equal(method.extend(np.ones((1, 4)), 4), np.ones((1, 4)))
     with pytest.raises(ValueError, match="4 samples do not fit into 3"):
-        method.extend(full, 3)
+        method.extend(np.ones((1, 4)), 3)
 
 
 def test_missing_samples_take_no_part_and_a_window_without_any_has_no_envelope():
