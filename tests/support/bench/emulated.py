@@ -4,7 +4,6 @@ import atexit
 import ctypes
 import functools
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from capsule.bench.protocol import Event, decode, encode
+from support.command import output_of
 from support.marks import missing_program, needs
 
 HERE = Path(__file__).resolve().parent
@@ -61,7 +61,7 @@ def build_folder() -> Path:
     library = folder / "libavrboard.so"
     warnings = ("-Wall", "-Wextra", "-Werror")
     source = HERE / "avr_board.c"
-    _run("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr", "-lm")
+    output_of("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr", "-lm")
     return folder
 
 
@@ -69,19 +69,13 @@ def build_host_library(*sources: Path, options: tuple[str, ...] = ()) -> ctypes.
     """Build a library of the firmware's sources for this computer, and load it."""
     built = temporary_folder() / "lib.so"
     strict = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC")
-    _run("gcc", *strict, *options, *sources, "-o", built)
+    output_of("gcc", *strict, *options, *sources, "-o", built)
     return ctypes.CDLL(str(built))
 
 
 def build_firmware(folder: Path, defines: str = "") -> None:
     """Build the firmware of all boards into a folder, with further options of the compiler."""
-    _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"DEFINES={defines}")
-
-
-def _run(*command: str | Path) -> None:
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"{command[0]} failed:\n{done.stdout}{done.stderr}")
+    output_of("make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"DEFINES={defines}")
 
 
 @functools.cache
