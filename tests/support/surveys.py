@@ -64,11 +64,8 @@ def stream_rows():
             # The survey knows its position again two waves after the origami has unfolded.
             known = fold[number] == "unfolded" and not 205.6 < now_s < 212
             score = 0.05 + 0.35 * np.exp(-(((head[number] - 55.2) / 3) ** 2))
-            judged = [
-                f"{head[number]:.2f}" if known else "",
-                f"{score:.5f}" if known else "",
-                "0.15000",
-            ]
+            told = [f"{head[number]:.2f}", f"{score:.5f}"] if known else ["", ""]
+            judged = [*told, "0.15000"]
         rows.append([f"{now_s:.3f}", *counts, f"{wave_mm[number]:.2f}", *judged, fold[number]])
     sensors = [f"sensor_{sensor}" for sensor in range(1, 5)]
     return ["time_s", *sensors, "wave_mm", "head_mm", "score", "threshold", "fold"], rows

@@ -50,9 +50,7 @@ def read_3mf(path):
     assert [body.get("id") for body in bodies] == built
 
     def numbers(body, kind, keys):
-        return np.array(
-            [[float(each.get(key)) for key in keys] for each in body.iter(MODEL + kind)]
-        )
+        return np.array([[*map(each.get, keys)] for each in body.iter(MODEL + kind)], dtype=float)
 
     corners = ("v1", "v2", "v3")
     return [
@@ -137,13 +135,11 @@ def outlines(path):
 @pytest.mark.parametrize("kind", ["stl", "3mf", "dxf", "svg"])
 def test_angles_and_corners_are_the_papers_in_every_file(made, meshes, kind):
     path = made / f"substructure.{kind}"
-    if kind == "stl":
-        edges = section(meshes["substructure"], 2.5)
-    elif kind == "3mf":
-        ((_, *mesh),) = read_3mf(path)
-        edges = section(trimesh.Trimesh(*mesh), 2.5)
-    else:
+    if kind in ("dxf", "svg"):
         edges = edges_of(outlines(path))
+    else:
+        mesh = meshes["substructure"] if kind == "stl" else trimesh.Trimesh(*read_3mf(path)[0][1:])
+        edges = section(mesh, 2.5)
     low, high = edges.min(axis=(0, 1)), edges.max(axis=(0, 1))
     assert high[1] - low[1] == pytest.approx(20.0, abs=0.01)
     # An SVG begins at its corner: the axis is half way up, and the foremost point is left of C.

@@ -1,12 +1,12 @@
 """PrusaSlicer prints the parts as intended, and finds no fault in the meshes."""
 
-import subprocess
 from itertools import product
 
 import numpy as np
 import pytest
 
 from capsule.parts.files import read_design
+from support.command import output_of
 from support.marks import needs_programs
 
 pytestmark = [pytest.mark.slicer, needs_programs("prusa-slicer", packages="prusa-slicer")]
@@ -18,7 +18,7 @@ def sliced(made, name):
     output = made.parent / f"{name}.gcode"
     command = ["prusa-slicer", "--load", made / "print-profile.ini", "--center", "125,105"]
     command += ["--export-gcode", "--output", output, made / f"{name}.stl"]
-    subprocess.run(command, check=True, capture_output=True)
+    output_of(*command)
     return output.read_text(encoding="utf-8")
 
 

@@ -10,7 +10,7 @@ from capsule.method.preprocessing import preprocess
 from capsule.phantom import files as phantom
 from capsule.phantom.journey import Journey, Nodule
 from capsule.phantom.parameters import with_values
-from capsule.phantom.simulated_bench import SimulatedBench, bench_with, nodules_of
+from capsule.phantom.simulated_bench import SimulatedBench, nodules_of
 from capsule.phantom.simulation import SENSORS, planned_runs, recording_of, simulate_run
 from capsule.phantom.wall import wave_height
 from capsule.recordings.recording import format_recording, read_recording, source_of
@@ -217,10 +217,6 @@ def test_a_simulated_bench_unfolds_when_nobody_holds_it_and_ends_with_its_number
         assert (bench.read(count).fold, bench.at_end) == (state, False)
     bench.read(1)
     assert bench.at_end
-    # There are numbers for a way that is two and a half times as long, at some 0.4 mm/s.
-    bench = bench_with(PHANTOM, seed=1, length_mm=400.0, nodules=[], sensors=SENSORS)
-    straight = 400 / PHANTOM.advance.speed_mm_s * 10
-    assert bench._journey.samples_left == int(2.5 * straight) + 5000
 
 
 def test_nodules_lie_apart_from_each_other_and_from_the_ends_if_there_is_room():
