@@ -21,7 +21,6 @@ from capsule.survey.listed import Surveys
 KEY = "0123456789" * 2
 PAGE = f"<head>\n{KEY}\n</head>\n<body>\n<p>one</p>\n<pre><body>\n</pre>\n".encode()
 REPORT, RESULTS, NOTES = map(Path, ("results/report.html", "results", "notes"))
-COLUMNS = ["recording", "status", "reason", "near_copies", "source"]
 
 
 @pytest.fixture(autouse=True)
@@ -35,17 +34,11 @@ def folder(tmp_path, monkeypatch):
         yield
 
 
-def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), **more):
+def run_of(names=("3mm/r01",), surveys=None, held_out=(), **more):
     """Return a run with these recordings."""
-    config = {"recordings_per_job": wanted, "evaluation": {"held_out": held_out}}
-    judged = divide(names, wanted), surveys or Surveys([], {})
+    config = {"recordings_per_job": "auto", "evaluation": {"held_out": held_out}}
+    judged = divide(names, "auto"), surveys or Surveys([], {})
     return run.Run("raw", "results", "sessions", config, *judged, **more)
-
-
-def write_lists(*rows, passed_over=()):
-    """Write the list of the recordings, and that of the other files."""
-    files.write_cells(RESULTS / "recordings.csv", COLUMNS, rows)
-    files.write_cells(RESULTS / "passed_over.csv", ["path", "reason"], passed_over)
 
 
 def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(tmp_path, capsys):
@@ -93,13 +86,13 @@ def test_the_end_of_a_run_lists_what_is_rejected_alike_confounded_passed_over_an
     surveys = Surveys(["1-gut", "2-gut"], {"3-gut": "not finished"})
     of_benches = [f"{size}mm/b{number}" for size in (0, 3) for number in range(4)]
     started = run_of(["3mm/r01", *of_benches], surveys=surveys, held_out=["spring"])
-    write_lists(
-        *((name, "accepted", "", "", f"bench {name[0]}") for name in of_benches),
-        ("3mm/r01", "accepted", "", "3mm/r02", "bench 3"),
-        ("3mm/r02", "accepted", "", "3mm/r01", "bench 3"),
-        ("3mm/r03", "rejected", "the file is empty", "", ""),
-        passed_over=[("notes.txt", "not in a folder")],
-    )
+    rows = [(name, "accepted", "", "", f"bench {name[0]}") for name in of_benches]
+    rows.append(("3mm/r01", "accepted", "", "3mm/r02", "bench 3"))
+    rows.append(("3mm/r02", "accepted", "", "3mm/r01", "bench 3"))
+    rows.append(("3mm/r03", "rejected", "the file is empty", "", ""))
+    columns = ["recording", "status", "reason", "near_copies", "source"]
+    files.write_cells(RESULTS / "recordings.csv", columns, rows)
+    (RESULTS / "passed_over.csv").write_text("path,reason\nnotes.txt,not in a folder\n")
     files.write_json(RESULTS / "surveys/1-gut/survey.json", {"problem": "no track"})
     files.write_json(RESULTS / "surveys/2-gut/survey.json", {"name": "2-gut"})
     # Two are of a recording that was removed, and a table of an earlier version.
