@@ -1,7 +1,6 @@
 """The key of a job changes with what its result depends on, and with nothing else."""
 
 import os
-import re
 from pathlib import Path
 
 import pytest
@@ -21,8 +20,6 @@ def test_a_key_changes_with_name_settings_code_and_inputs_and_nothing_else():
     changes = [{}, {"name": "describe"}, {"settings": '{"seed": 2}'}, {"code": "fit.py 01"}]
     changes += [{"inputs": inputs} for inputs in (("a",), ("b", "a"), ("ab",))]
     assert len({step(**changed).key() for changed in changes}) == 7
-    # It goes onto a line of Snakemake's log and into the head of the page.
-    assert re.fullmatch("[0-9a-f]{20}", step().key())
     # The name of a batch is in its key only through its inputs.
     assert step(path="elsewhere/fit.py").key("3mm/r01") == step().key("3mm/r02")
     assert step(inputs=()).key("3mm/r01") != step(inputs=()).key("3mm/r02")

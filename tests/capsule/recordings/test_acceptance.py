@@ -85,7 +85,6 @@ def test_a_file_of_another_program_is_refused_with_the_import_that_shows_it():
 def test_what_came_after_the_wave_stopped_is_no_evidence():
     made = make_recording(3.0, "3mm/r01", samples=525)
     for stated, status, columns, reason in (
-        # The last sample, too.
         ("52.4", "accepted", 524, "no wave ran from 52.4 s on"),
         ("end", "accepted", 525, ""),
         ("900", "accepted", 525, ""),
