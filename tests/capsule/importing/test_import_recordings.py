@@ -278,14 +278,11 @@ def test_no_character_of_a_file_moves_the_cursor(tmp_path):
     clear = "\x1b[2J"
     told = {(f"run{clear}", "rate"): 10.0}
     write_hdf(tmp_path / "a.h5", {f"run{clear}/readings": COUNTS}, told)
-    again, trials = np.where(TIME_S == 0.9, 0.8, TIME_S), [f"one{clear}"] * 20 + ["two"] * 180
-    write_table(tmp_path / "b.csv", again, *COUNTS, trials, head="time,S1,S2,S3,S4,trial")
     write_table(tmp_path / "c.csv", TIME_S, *COUNTS, head=f"time,a (V{clear}),b,c,d")
-    for name, options, shown in (
-        ("a.h5", [], r"variable  run\x1b[2J"),
-        ("b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
-        ("c.csv", [], r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"),
+    for name, shown in (
+        ("a.h5", r"variable  run\x1b[2J"),
+        ("c.csv", r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"),
     ):
-        imported = import_files(tmp_path, tmp_path / name, *options)
+        imported = import_files(tmp_path, tmp_path / name)
         assert shown in imported.shown + imported.refused
         assert clear not in imported.shown + imported.refused

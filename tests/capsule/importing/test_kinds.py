@@ -271,12 +271,6 @@ def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, k
     assert again.the_recording().header["unit"] == imported.the_recording().header["unit"]
 
 
-def repeated(*columns, head):
-    """Return a table whose names are written again where the board starts again."""
-    parts = [[column[part] for column in columns] for part in (np.s_[:300], np.s_[300:])]
-    return "".join(lines(*part, head=head) for part in parts)
-
-
 # Lines above a table, behind the unit that the refusal names.
 UNITS_ABOVE = """
     kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
@@ -333,7 +327,9 @@ JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 ALL_POINTS = grouped(4, german, times=german)
 BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
-NAMED_AGAIN = repeated(*COUNTS, head="S1,S2,S3,S4")
+NAMED_AGAIN = "".join(
+    lines(*COUNTS[:, at], head="S1,S2,S3,S4") for at in (np.s_[:300], np.s_[300:])
+)
 
 
 def unknown_unit(text, what):
@@ -352,13 +348,8 @@ def unit_in_names(names, unit):
     return Case(named(names, sign=";"), f"names {unit} of {names.format(1)!r} and all", COUNTED)
 
 
-def twice(key):
-    text = above(f"# {key}: 1\n# bench: 2\n# bench: 3\n# {key}: 4")
-    return Case(text, f"lines 1 and 4 name two values of {key}, '1' and '4'; delete")
-
-
 GERMAN_NAMED = grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)")
-RESET = repeated(np.concatenate([TIME_S[:300], TIME_S[:225]]), *COUNTS, head="time_s,S1,S2,S3,S4")
+TWICE, ONCE = "# {0}: 1\n# bench: 2\n# bench: 3\n# {0}: 4", (*DECISIVE, "session")
 ASKED = {
     **rows(UNITS_ABOVE, lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
     **rows(QUOTED, quoted),
@@ -391,7 +382,6 @@ ASKED = {
     "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
-    "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
     "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
@@ -405,7 +395,10 @@ ASKED = {
         for call, words in ODD_REFUSED.items()
     },
     # Whatever the reader of recordings takes one value of, the import does.
-    **{f"two values of {key}": twice(key) for key in (*DECISIVE, "session")},
+    **{
+        key: Case(above(TWICE.format(key)), f"lines 1 and 4 name two values of {key}")
+        for key in ONCE
+    },
     "broken": Case(f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}", "line 528 does not hold", "", RATED),
 }
 
