@@ -70,7 +70,6 @@ JITTER_S = np.random.default_rng(5).uniform(-0.005, 0.005, 1200)
 @pytest.mark.parametrize(
     "time_s",
     [sampled(100)[np.arange(3000) % 7 > 0], sampled(40) + JITTER_S, sampled(6)],
-    ids=["single samples lost", "jitter", "a rate that is raised"],
 )
 def test_lost_samples_jitter_and_a_lower_rate_leave_no_gap(time_s):
     new_s, new = resample(time_s, tone(time_s), 10.0)
@@ -91,7 +90,6 @@ FILLS = "give --time-unit; otherwise give --time none"
         # Ten samples at 100 kHz, and then a pause that is no gap yet, for ten minutes.
         (np.arange(40_000) / 1e5 + np.arange(40_000) // 10 * 0.149, FILLS),
     ],
-    ids=["slow", "a long gap", "1 GHz", "an odd header", "short bursts"],
 )
 def test_times_that_are_too_slow_or_would_fill_the_memory_are_refused(time_s, words):
     values = np.sin(np.arange(4 * time_s.size)).reshape(4, -1)
