@@ -65,7 +65,8 @@ def test_rows_for_estimators_hold_the_readings(archive):
 
 
 def test_the_settings_beside_the_folder_count(raw, tmp_path):
-    folder = shutil.copytree(raw, tmp_path / "raw")
+    folder = tmp_path / "raw"
+    shutil.copytree(raw / "unlabelled", folder / "unlabelled")
     text = (ROOT / "config/config.yaml").read_text(encoding="utf-8")
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text(text.replace("window: 84 ", "window: 80 "))

@@ -252,7 +252,7 @@ def test_a_drift_that_returns_is_as_large_as_its_time_allows():
 # What a run has of each: its name, other values, and how it is measured in a run.
 VARYING = [
     ("wall.unevenness_spread", 0.5, 1000, {}, lambda run, rng: roughness(run.wall, rng)),
-    ("sensor.jump_run_spread", 0.7, 300, {"sensor.jump": 0.01, "sensor.jumps_per_s": 1.0},
+    ("sensor.jump_run_spread", 0.7, 100, {"sensor.jump": 0.01, "sensor.jumps_per_s": 1.0},
      lambda run, rng: base_line(run.sensor, rng).std()),
     ("seat.strength_run_spread", 1.0, 100, {"seat.strength_spread": 0.2},
      lambda run, rng: np.log(touch.wandering_strength(run.seat, rng, 4, 990, 10.0)).std()),
