@@ -20,7 +20,6 @@ def test_each_job_is_one_line_and_errors_stand_in_snakemakes_words():
         if handler.filter(record):
             handler.handle(record)
 
-    log("Provided cores: 2", LogEvent.RESOURCES_INFO)
     log("Job stats: ...", LogEvent.RUN_INFO, stats={"fit": 1, "everything": 1, "total": 2})
     for message, rule in (("fit 3mm/r01", "fit"), (None, "everything")):
         log("Select jobs to execute...")
