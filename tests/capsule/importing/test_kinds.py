@@ -19,7 +19,7 @@ VOLTS = np.round(COUNTS * 5 / 1024, 5)
 NOON = datetime(2024, 5, 6, 12)
 COUNTED, BY_RATE, RATED = "--unit counts", "--time none --rate 10", "--rate 10"
 POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit counts"
-POINT = "--decimal point"
+POINT, BY_S = "--decimal point", "--time-unit s"
 V, GAP, RISING = "--unit V", "--run-gap-s 5", "--sensors 1 2 3 4 --rate 10 --unit counts"
 PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
@@ -219,10 +219,10 @@ READ = {
     "unit of each sensor": good(above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"), MILLI),
     "row of units": good(lines(TIME_S, *COUNTS, head=UNITS_ROW), MILLI),
     **{
-        f"{bits} bits of {unit} {low}": good(
-            timed(f"t ({unit})", wrapped(bits, hertz, *low)), words="the clock jumps by "
+        f"{bits} bits {unit} {how}": good(
+            timed(f"t ({unit})", wrapped(bits, *how)), words="jumps by"
         )
-        for unit, bits, hertz, *low in COUNTERS
+        for unit, bits, *how in COUNTERS
     },
     "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
     "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
@@ -357,16 +357,11 @@ ASKED = {
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
     **{
-        f"ticks at {hz} Hz": Case(
-            ticks("time", hz), f"of {1 / hz:.4g} s, 10 Hz ({BY_RATE})", BY_RATE
-        )
+        f"{hz} Hz": Case(ticks("time", hz), f"of {1 / hz:.4g} s, 10 Hz ({BY_RATE})", BY_RATE)
         for hz in (50, 100, 1024, 1e4, 32_768, 1e5, 1e7)
     },
     "times in minutes": Case(MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"),
-    **rows(
-        OTHER_RATES,
-        lambda line, rates: Case(above(line), f"but the file states {rates}; g", "--time-unit s"),
-    ),
+    **rows(OTHER_RATES, lambda line, told: Case(above(line), f"the file states {told}; g", BY_S)),
     "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
     "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
     "numbers with points": Case(BY_20, "9.38 (--decimal point) or 9380", POINTS, "", 20 * COUNTS),
