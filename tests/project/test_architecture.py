@@ -1,4 +1,4 @@
-"""Imports lead down, and each script is a step of the rules, which rests on what it uses."""
+"""Imports lead down, only some modules know files, and each script is a step of the rules."""
 
 import ast
 import re
@@ -37,6 +37,14 @@ FLOORS = [
     *("capsule.importing", "capsule.exporting", "capsule.commands", "capsule.__main__"),
     *("phantom_study", "scorer_teaching", "scripts"),
 ]
+# Only modules of these names, in any folder of the library, know files, folders and processes.
+ON_FILES = {"files", "results", "project", "keys", "configuration", "held_out", "archive", "jobs"}
+ON_FILES |= {"described", "listed", "__main__", "cli", "command", "new", "forget", "compare"}
+# These call git, Slurm or Snakemake, and look after its runs.
+ON_PROGRAMS = {"run", "report"}
+# These folders are at work on files, boards and other programs as a whole.
+AT_WORK = ("capsule.bench.", "capsule.exporting.", "capsule.importing.", "capsule.judging.")
+SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}
 
 
 def floor(module):
@@ -68,6 +76,14 @@ def test_imports_lead_down_and_in_no_circle():
         assert not upward, module
     # Its error names the circle.
     TopologicalSorter({name: imports_of(name) for name in MODULES}).prepare()
+
+
+def test_only_modules_that_say_so_in_their_name_know_files_and_none_snakemake():
+    library = {name: imported(path) for name, path in MODULES.items() if "capsule." in name}
+    assert not [name for name, used in library.items() if "snakemake" in used]
+    knowing = [name for name, used in library.items() if used & SYSTEM]
+    names = {name.rpartition(".")[2] for name in knowing if not name.startswith(AT_WORK)}
+    assert names == ON_FILES | ON_PROGRAMS
 
 
 STEPS = sorted(path.stem for path in SCRIPTS.glob("*.py"))
