@@ -44,6 +44,7 @@ RECORDINGS = {
     "2.5mm/a_1": (12, {**HEADER, "started": "2024-06-03 10:00", "note": "bell \x07"}),
     "unlabelled/p": (9, {"started": "last Tuesday"}),
 }
+UNITS = {name: "counts" if "adc_bits" in told else "V" for name, (_, told) in RECORDINGS.items()}
 REJECTED = "3mm/flat"
 PARAMETERS = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
 VERDICT = {"recording": "3mm/r07", "size_mm": 3.0, "detector": "template", "predicted_mm": 3.0}
@@ -150,10 +151,6 @@ def check_tables(tables, read):
             assert text_of(told) == unit
 
 
-def unit_of(name):
-    return "counts" if "adc_bits" in RECORDINGS[name][1] else "V"
-
-
 def test_what_is_gathered_is_what_the_results_hold_and_all_of_it_is_described(exported):
     # The tests of the formats compare all samples.
     arrays = exported.arrays
@@ -165,7 +162,7 @@ def test_what_is_gathered_is_what_the_results_hold_and_all_of_it_is_described(ex
     assert predictions["score"].tolist() == [AWKWARD[3]] and np.isinf(predictions["rmse_3mm"][0])
     assert list(recordings["site"])[:2] == ["", "007"]
     units = dict(zip(recordings["recording"], recordings["reading_unit"], strict=True))
-    assert units == {REJECTED: "", **{name: unit_of(name) for name in RECORDINGS}}
+    assert units == {REJECTED: "", **UNITS}
     assert sorted(exported.tables["fits"]["recording"]) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
     assert exported.tables["detection"]["one_sided"].dtype == bool
     assert {*exported.tables, *exported.arrays} == described()["tables"].keys()
@@ -238,7 +235,7 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     rows = {tuple(row[:3]): row[3:] for row in book["readings"].iter_rows(values_only=True)}
     for name, matrix in made[1].items():
         for sensor, expected in enumerate(matrix, start=1):
-            same(rows[name, unit_of(name), sensor][: matrix.shape[1]], expected)
+            same(rows[name, UNITS[name], sensor][: matrix.shape[1]], expected)
     assert dict(book["provenance"].iter_rows(min_row=2, values_only=True)) == exported.provenance
 
 
@@ -307,7 +304,7 @@ def test_nwb_holds_a_valid_file_for_each_recording_and_one_for_the_tables(files,
             read = opened.read()
             series = read.acquisition["readings"]
             assert series.data[:].T.tobytes() == made[1][name].tobytes()
-            assert (series.unit, series.rate) == (unit_of(name), 10.0)
+            assert (series.unit, series.rate) == (UNITS[name], 10.0)
             matrix = read.processing["preprocessing"]["matrix"]
             assert matrix.data[:].T.tobytes() == made[2][name].tobytes()
             assert (read.session_id, json.loads(read.notes)) == (name, exported.provenance)

@@ -1,7 +1,7 @@
 """Each kind of text gives the right numbers, or a line with a remedy that works.
 
 The kinds are those of public reports of faults of other programs. They are made from one recording
-of the shipped archive, with a function a kind; those in tests/data/odd hold a run of eight samples.
+of the shipped archive, with a function a kind; tests/data/odd holds files of a few samples.
 """
 
 import re
