@@ -51,34 +51,24 @@ def missing_arduino():
 def built_by_the_arduino_ide(board, folder):
     name, kind = board[0], "mega:cpu=atmega2560" if board == emulated.LOGGER else "uno"
     command = ["arduino-builder", "-compile", "-fqbn", f"arduino:avr:{kind}", "-tools", "/usr/bin"]
-    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
-        command += ["-hardware", hardware]
-    for setting in (
-        "runtime.tools.avr-gcc.path=/usr",
-        "tools.ctags.cmd.path=/usr/bin/arduino-ctags",
-        # Debian's compiler lacks this constant, which the Arduino core's String uses.
-        "compiler.cpp.extra_flags=-DDECIMAL_DIG=17",
-    ):
-        command.append(f"-prefs={setting}")
+    command += ["-hardware", ARDUINO, "-hardware", ARDUINO.parents[1] / "arduino-builder"]
+    command += ["-prefs=runtime.tools.avr-gcc.path=/usr"]
+    command += ["-prefs=tools.ctags.cmd.path=/usr/bin/arduino-ctags"]
+    # Debian's compiler lacks this constant, which the Arduino core's String uses.
+    command += ["-prefs=compiler.cpp.extra_flags=-DDECIMAL_DIG=17"]
     command += ["-libraries", emulated.FIRMWARE / "libraries", "-build-path", folder]
     output_of(*command, emulated.FIRMWARE / name / f"{name}.ino")
     return folder / f"{name}.ino.elf"
 
 
+arduino = (pytest.mark.boards, needs(missing_arduino()))
+
+
 @emulated.needed
 @pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
-@pytest.mark.parametrize(
-    "build",
-    [
-        lambda board, folder: None,
-        pytest.param(
-            built_by_the_arduino_ide, marks=(pytest.mark.boards, needs(missing_arduino()))
-        ),
-    ],
-    ids=["make", "arduino"],
-)
+@pytest.mark.parametrize("build", [None, pytest.param(built_by_the_arduino_ide, marks=arduino)])
 def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
-    firmware = emulated.EmulatedBoard(board, build(board, tmp_path))
+    firmware = emulated.EmulatedBoard(board, build and build(board, tmp_path))
     if board == emulated.LOGGER:
         firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
     if board == emulated.FOLD:
@@ -90,8 +80,7 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
             firmware.deliver(line.encode() + b"\n")
             held.append((ms, ">", line))
         else:
-            answered = firmware.take_sent().decode().splitlines()
-            held += [(ms, "<", answer) for answer in answered]
+            held += [(ms, "<", each) for each in firmware.take_sent().decode().splitlines()]
     assert held == lines
 
 
@@ -120,13 +109,10 @@ def test_a_checked_frame_of_unknown_form_is_not_used():
         assert isinstance(decode(frame), Damaged), payload
 
 
-def test_what_cannot_be_sent_is_refused():
+def test_what_cannot_be_sent_is_refused_and_what_is_longer_than_a_frame_given_up():
     for payload in ("", "a$b", "a\nb", "é"):
         with pytest.raises(ValueError, match="cannot be sent"):
             encode(payload)
-
-
-def test_a_frame_of_256_bytes_is_waited_for_and_a_longer_one_given_up():
     parser = FrameParser()
     assert parser.feed(b"x" * 256) == []
     assert parser.feed(b"x") == [Damaged(b"x" * 257, "longer than any frame")]
