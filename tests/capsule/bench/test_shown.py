@@ -58,22 +58,17 @@ def test_a_recording_is_drawn_in_its_place(state):
     assert verdict.startswith("template  nodule") and len(verdict) < 1000
     terminal.note("the board was unplugged")
     assert screen.getvalue().endswith("\x1b[7A\x1b[Jthe board was unplugged\n")
-    # A plain one gets what it can show, also of readings in volts.
+    # A log file gets plain lines, and nothing of a survey.
+    file = io.StringIO()
+    for shown in (state, SURVEY):
+        Terminal(file).show(shown)
+    assert file.getvalue().splitlines() == [told, *state.judgement.lines_so_far()]
+    # A plain terminal gets what it can show, also of readings in volts.
     state.recent.append((0.0, 2.4951, 2.5, 5.0))
     plain = Screen()
     plain.encoding = "ascii"
     Terminal(plain).show(state)
     assert plain.getvalue().isascii() and "\nsensor 2  2.495 " in plain.getvalue()
-
-
-# Kills: a log file with control characters, and one with a drawing of a survey a second.
-def test_a_log_file_gets_plain_lines_now_and_then(state):
-    stream = io.StringIO()
-    terminal = Terminal(stream)
-    for shown in (state, SURVEY, replace(state, ended="Ctrl-C")):
-        terminal.show(shown)
-    assert stream.getvalue().splitlines() == [state.summary(), *state.judgement.lines_so_far()]
-    assert terminal.every_s > 1
 
 
 # Kills: a last position taken for the present one; a place without its verdict; the first places.
@@ -238,8 +233,7 @@ def test_a_flat_or_weak_sensor_is_named(periods, remarks):
 @pytest.mark.slow
 @needed
 def test_the_page_in_a_real_browser(page, long_run, tmp_path):
-    browser = Browser(tmp_path / "profile")
-    try:
+    with contextlib.closing(Browser(tmp_path / "profile")) as browser:
         browser.visit(page.address)
         assert browser.texts("#banner") == ["waiting for the first sample"]
         long_run.faults = ["no wave runs: end the recording, and record anew"]
@@ -260,5 +254,3 @@ def test_the_page_in_a_real_browser(page, long_run, tmp_path):
         assert browser.texts("#places tbody tr") == ["1200 mmconfirmed3.1 mm"]
         assert browser.messages() == [], "nothing that the policy refuses"
         assert browser.violations() == []
-    finally:
-        browser.close()

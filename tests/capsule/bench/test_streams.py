@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 import uuid
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pylsl
@@ -106,22 +106,18 @@ def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, t
     expected = np.array([readings_of(number) for number in range(80)]).T
     expected[:, lost] = np.nan
     np.testing.assert_array_equal(recording.values, expected)
-    header = recording.header
-    assert header["source"].startswith(f"recorded from the LSL stream '{name}' (type Tactile")
-    assert (header["unit"], header["rate_hz"], header["site"]) == ("counts", "10", "a")
-    assert header["stream_channels"] == "sensor_1, sensor_2, sensor_3, sensor_4"
-    assert "adc_bits" not in header and "corrected" in header["stream_time"]
+    told = {
+        "unit": "counts",
+        "site": "a",
+        "stream_channels": "sensor_1, sensor_2, sensor_3, sensor_4",
+    }
+    assert told.items() <= recording.header.items() and "adc_bits" not in recording.header
 
 
 # Kills: a stream that sends a sample twice, or each at the time of the last one.
 def test_our_own_stream_tells_of_its_board_and_sends_each_sample_once_at_its_time(monkeypatch):
-    opened, sent, now_s = [], [], 100.0
-
-    def open_outlet(info):
-        opened.append(info)
-        return SimpleNamespace(push_sample=lambda *sample: sent.append(sample))
-
-    monkeypatch.setattr(pylsl, "StreamOutlet", open_outlet)
+    opened, now_s = Mock(), 100.0
+    monkeypatch.setattr(pylsl, "StreamOutlet", opened)
     monkeypatch.setattr(pylsl, "local_clock", lambda: now_s)
     board = {"source": "recorded by the logger board", "adc_bits": "12", "vref_v": "3.3"}
     outlet, state = lsl.SampleOutlet("x", board | {"rate_hz": "10"}, 4, "3mm/r01"), State(0.1)
@@ -132,9 +128,10 @@ def test_our_own_stream_tells_of_its_board_and_sends_each_sample_once_at_its_tim
     outlet.send(state)
     state.add((9, 0, 0, 0))
     outlet.send(state)
+    sent = [call.args for call in opened().push_sample.mock_calls]
     assert [counts for counts, _ in sent] == [[1, 2, 3, 4], [5, 6, 7, 8], [9, 0, 0, 0]]
     assert [stamp_s for _, stamp_s in sent] == pytest.approx([99.8, 100.0, 100.1])
-    (info,) = opened
+    info = opened.call_args_list[0].args[0]
     assert (info.name(), info.nominal_srate(), info.type()) == ("x", 10.0, "Tactile")
     assert info.get_channel_labels() == [f"sensor_{n}" for n in range(1, 5)]
     _, header = choose(info, None, RULES)
