@@ -35,7 +35,6 @@ def bench(tmp_path, monkeypatch):
     return ScriptedBench(tmp_path, monkeypatch)
 
 
-FALSE_FRAME = sample_frame(999, 20_000, 200)
 # As far as anybody can tell, it may follow number 29.
 PLAUSIBLE_FRAME = sample_frame(999, 6000, 55)
 JUMPED = [(n / 10, sample_frame(n, 100 * n + 10**9)) for n in range(30, 80)]
@@ -52,8 +51,6 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
         # Nothing lay there: the board was lost meanwhile, and may still come back.
         ([*samples(0, 30), (11.0, b""), (11.1, b""), *samples(112, 120)],
          [*range(30), *range(112, 120)], 120),
-        ([*samples(0, 30), *samples(33, 34), (3.35, FALSE_FRAME), *samples(34, 60)],
-         [*range(30), *range(33, 60)], 60),
         ([*samples(0, 30), *samples(33, 34), (3.35, PLAUSIBLE_FRAME), *samples(34, 60)],
          [*range(30), *range(33, 60)], 60),
         # What comes again is continued by the sample after a gap.

@@ -25,22 +25,25 @@ def rig(tmp_path):
     AWAKE.__init__()
 
 
+def pulled(rig, cable, when, for_s):
+    """Return what unplugs a cable at a condition, and plugs it in so many seconds later."""
+    pulled_s = []
+
+    def unplug():
+        cable.unplug()
+        pulled_s.append(rig.now_s)
+
+    return [(when, unplug), (lambda: rig.now_s > pulled_s[0] + for_s, cable.plug)]
+
+
 def test_a_recording_outlives_its_loggers_cable_and_is_recovered_after_a_kill(rig, capsys):
     words = ("record", "--port", "logger", "--drive", "wave", "--size", 3, "--name", "r01")
-    part, pulled_s = Path("raw/3mm/r01.csv.part"), []
+    part = Path("raw/3mm/r01.csv.part")
 
     def on_disk(lines):
         return lambda: part.exists() and part.read_text().count("\n") > lines
 
-    def unplug():
-        rig.cables.logger.unplug()
-        pulled_s.append(rig.now_s)
-
-    acts = [
-        (on_disk(150), unplug),
-        (lambda: rig.now_s > pulled_s[0] + 3, rig.cables.logger.plug),
-        (on_disk(350), rig.kill),
-    ]
+    acts = [*pulled(rig, rig.cables.logger, on_disk(150), 3), (on_disk(350), rig.kill)]
     with pytest.raises(Killed):
         rig.run(*words, then=acts)
     rig.rest(4)  # with the next two seconds, the lease of 5 s and the ramp
@@ -71,19 +74,14 @@ PORTS = ("--drive", "wave", "--fold", "fold", "--port", "logger", "--out", "tues
 
 
 def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, capsys):
-    pulled_s, found_mm = [], []
-
-    def unplug():
-        rig.cables.fold.unplug()
-        pulled_s.append(rig.now_s)
+    found_mm = []
 
     def is_in(state):
         return lambda: rig.events()[-1]["after"] == state
 
     acts = [
         (lambda: rig.origami.folded == 1.0, lambda: None),
-        (is_in("returning"), unplug),
-        (lambda: rig.now_s > pulled_s[0] + 6, rig.cables.fold.plug),
+        *pulled(rig, rig.cables.fold, is_in("returning"), 6),
         (is_in("finding"), lambda: None),
         (is_in("returning"), rig.kill),
     ]
