@@ -156,9 +156,6 @@ def test_a_board_is_found_without_a_question_or_asked_after_three_seconds(plug, 
     assert asked == [("A", "identify", True)]
 
 
-PUMP = usb_port("ttyUSB0", ids=(0x1A86, 0x7523))
-
-
 # Kills: a search that opens a lab's pump, guesses between two boards, or leaves a port open.
 @pytest.mark.parametrize(
     ("behind", "opened", "told"),
@@ -170,7 +167,7 @@ PUMP = usb_port("ttyUSB0", ids=(0x1A86, 0x7523))
     ],
 )
 def test_a_search_without_one_board_says_what_each_port_answered(plug, behind, opened, told):
-    ports = plug(PUMP, **behind)
+    ports = plug(usb_port("ttyUSB0", ids=(0x1A86, 0x7523)), **behind)
     with pytest.raises(BoardNotFoundError, match=f"(?s){told}"):
         find()
     assert "".join(ports) == opened
@@ -280,8 +277,8 @@ for _ in range(2):
 
 def test_a_second_ctrl_c_ends_a_program_that_hangs():
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    words = [sys.executable, "-c", HANGS]
-    with subprocess.Popen(words, cwd=ROOT / "workflow/scripts", **pipes) as program:
+    scripts = ROOT / "workflow/scripts"
+    with subprocess.Popen([sys.executable, "-c", HANGS], cwd=scripts, **pipes) as program:
         assert program.stdout.readline() == "Ctrl-C\n"
         program.send_signal(signal.SIGINT)
         assert "ended at once by a second Ctrl-C" in program.stderr.read()

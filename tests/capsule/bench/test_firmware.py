@@ -159,12 +159,11 @@ def test_a_board_without_its_computer_or_program_stops(motor, lease_s, fault, mo
 
 
 HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
-INDEX_CLOSED = 120.0  # half-steps for which the cam closes its switch
 
 
 # Backward, the same edge of the cam counts.
 def test_the_index_tells_the_phase_again_after_a_reset_in_both_directions(motor):
-    motor.board.set_cam(HALF_STEPS_PER_WAVE, -20, INDEX_CLOSED)
+    motor.board.set_cam(HALF_STEPS_PER_WAVE, -20, 120.0)
     motor.say("start", 2)
     assert position(motor).index_half_steps is None  # it started there
     for resets, direction, seconds in ((0, "forward", 6), (1, "forward", 4), (0, "backward", 6)):
@@ -187,19 +186,15 @@ def test_the_index_tells_the_phase_again_after_a_reset_in_both_directions(motor)
 
 def test_the_index_is_passed_where_its_switch_first_closes_and_not_at_a_spike(motor):
     motor.say("start", 1)
-    expected = None
-    # It is open; then come a spike, and a switch that bounces.
-    for bounces in ([False], [True, False], [True, False, True, False, True]):
-        if len(bounces) > 2:
-            expected = pytest.approx(motor.board.half_steps, abs=1)
-        for closed in bounces:
+    # A spike, and a switch that bounces.
+    for contacts in ([True, False], [True, False, True, False, True]):
+        first = motor.board.half_steps
+        for closed in contacts:
             motor.board.set_switch(emulated.PIN_3, closed)
             motor.wait(0.005)
         motor.wait(0.2)
-        assert position(motor).index_half_steps == expected
-
-
-DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
+        passed = pytest.approx(first, abs=1) if contacts[-1] else None
+        assert position(motor).index_half_steps == passed
 
 
 def states(events):
@@ -231,9 +226,9 @@ def test_folds_holds_unfolds_and_says_where_it_is(fold):
     assert set(np.diff([report.device_ms for report in quiet])) == {1000}
     told_us = fold.now_us
     heard = fold.say("fold", 4)
-    # What the board believes is what the thread did.
+    # What the board believes is what the thread did, until a switch counts.
     last = of_kind(FoldState, fold.say("state", seconds=0.01))[-1]
-    assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
+    assert last.half_steps == pytest.approx(fold.world.wound, abs=6)
     heard += fold.say("hold", 2)
     assert at_rest(fold) == ("folded", "folded", False)
     heard += fold.say("unfold", 7)
@@ -292,9 +287,6 @@ def test_a_power_cut_leaves_a_whole_record_of_all_that_the_move_may_do(fold):
     assert "the motor has to rest" in answer(fold, "fold")
 
 
-SET_UP = Acknowledgement("setup", "unfolded")
-
-
 def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     fold.board.write_eeprom(0, b"\xff" * 32)
     fold.board.reset()
@@ -303,7 +295,8 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert (states(heard), of_kind(Refusal, heard)) == (["fault"], [Refusal("fold", "not set up")])
     assert answer(fold, "fold") == answer(fold, "unfold") == "not set up"
     assert answer(fold, "setup,now") == "wants unfolded"
-    for wound, said in ((TRAVEL / 2, "the switch unfolded alone must be closed"), (0, SET_UP)):
+    must, done = "the switch unfolded alone must be closed", Acknowledgement("setup", "unfolded")
+    for wound, said in ((TRAVEL / 2, must), (0, done)):
         fold.world.wound = wound
         fold.wait(2)
         assert (answer(fold, "setup,unfolded"), fold.board.half_steps) == (said, 0)

@@ -45,9 +45,6 @@ class Bench:
     def __getattr__(self, name):
         return functools.partial(getattr(library(), f"bench_{name}"), self._bench)
 
-    def __del__(self):
-        library().bench_free(self._bench)
-
     def wait(self, seconds):
         """Run for some time, and return name of the state and coils."""
         self.run(round(1000 * seconds))

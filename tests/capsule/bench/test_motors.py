@@ -284,24 +284,21 @@ def test_a_survey_that_was_stopped_until_a_lease_may_have_ended_starts_nothing(l
     assert line.sent == []
 
 
-CLOSE_IT = {"setup": "E,setup,the switch unfolded alone must be closed"}
-
-
 @pytest.mark.parametrize(
-    ("typed", "known", "answers", "sent", "said"),
+    ("typed", "known", "answer", "sent", "said"),
     [
-        (" 'Unfolded' ", "no", {}, ["setup,unfolded"], "is set up"),
-        ("unfolded", "no", CLOSE_IT, ["setup,unfolded"], "must be closed"),
-        ("unfolded", "yes", {}, [], "nothing is to be done"),
+        (" 'Unfolded' ", "no", "A,setup,unfolded", ["setup,unfolded"], "is set up"),
+        ("unfolded", "no", "E,setup,it must be closed", ["setup,unfolded"], "must be closed"),
+        ("unfolded", "yes", "", [], "nothing is to be done"),
         # Whoever has not looked changes nothing.
-        ("yes", "no", {}, [], "is not set up"),
-        (None, "no", {}, [], "run it on a terminal"),
+        ("yes", "no", "", [], "is not set up"),
+        (None, "no", "", [], "run it on a terminal"),
     ],
 )
 def test_a_person_who_has_looked_sets_a_new_fold_board_up(
-    line, monkeypatch, capsys, typed, known, answers, sent, said
+    line, monkeypatch, capsys, typed, known, answer, sent, said
 ):
-    line.answers = answers
+    line.answers["setup"] = answer
     new = board_on(line, "fold", setup=known)
     monkeypatch.setattr(fold, "Board", lambda *_: new)
     monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: typed is not None))

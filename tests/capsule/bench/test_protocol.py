@@ -15,7 +15,6 @@ from support.command import output_of
 from support.marks import missing_program, needs
 
 PAGE = (emulated.FIRMWARE / "test_vectors.md").read_text(encoding="utf-8")
-VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, from the page
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
 
 
@@ -70,7 +69,7 @@ arduino = (pytest.mark.boards, needs(missing_arduino()))
 def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
     firmware = emulated.EmulatedBoard(board, build and build(board, tmp_path))
     if board == emulated.LOGGER:
-        firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+        firmware.set_voltages(*2 * [[1000, 2500, 4000, 5000]])  # from the page
     if board == emulated.FOLD:
         firmware.set_switch(emulated.PIN_2, closed=True)
     lines, held = conversation(board), []

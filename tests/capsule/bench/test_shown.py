@@ -36,7 +36,6 @@ def state():
     return shown
 
 
-NAN = float("nan")
 SURVEY = State(0.1, title="demo, simulated", samples=12000, away_s=90.4, doing="explores")
 SURVEY = replace(SURVEY, following="folds soon", score=0.075, threshold=0.15)
 PLACES = [(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")]
@@ -85,7 +84,7 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
         "place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
     ]
     places = [(number, "", 10.0 * number, "") for number in range(1, 9)]
-    terminal.show(replace(SURVEY, head_known=False, score=NAN, places=places))
+    terminal.show(replace(SURVEY, head_known=False, score=np.nan, places=places))
     last = screen.getvalue().removeprefix(drawn)
     assert last.startswith("\x1b[5A\x1b[Jdemo")
     assert "head last at 250.0 mm" in last and "no score, threshold" in last

@@ -24,8 +24,6 @@ bench_t *bench_new(int wound) {
     return bench;
 }
 
-void bench_free(bench_t *bench) { free(bench); }
-
 static int is_closed(int stuck, int closed) {
     return stuck == FREE ? closed : stuck == STUCK_CLOSED;
 }
