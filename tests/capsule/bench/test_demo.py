@@ -23,13 +23,12 @@ from support.learned import taught_by, write_learned, write_templates
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 A_RUN = simulate_run(PHANTOM, 3.0, 3, "a run").counts
 NOISE = np.random.default_rng(1).integers(300, 700, (4, 700))
-CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
 
 def write_results(folder):
     folder.mkdir(exist_ok=True)
     write_templates(folder)
-    write_learned(folder, CONFIGURATION, taught_by())
+    write_learned(folder, read_config_file(PROJECT / "config/config.yaml"), taught_by())
 
 
 @pytest.fixture

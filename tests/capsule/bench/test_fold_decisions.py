@@ -20,7 +20,6 @@ FREE, STUCK_OPEN, STUCK_CLOSED = range(3)
 LEASE_S, LONGEST_S, FAULT_PAUSE_S = 5, 10, 0.5
 LET_OUT = 8000  # half-steps that moves after faults and restarts may let out
 RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
-DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 DUTY_S = 60
 
 
@@ -117,8 +116,8 @@ NOT_CLOSED = "the switch unfolded did not close where it should"
         (2, BOTH, "hold", "both end switches are closed", (778, 786)),
         # What was wound before the switch should have opened is let out.
         (0, BOTH[:1], "hold", NOT_OPENED, (0, RELEASE + 1)),
-        # Little more is let out than was wound.
-        (4.9, [(0, STUCK_OPEN)], "unfold", NOT_CLOSED, (-SLACK - DEBOUNCED, -1)),
+        # Little more is let out than was wound, and until a switch counts.
+        (4.9, [(0, STUCK_OPEN)], "unfold", NOT_CLOSED, (-SLACK - 6, -1)),
         (4.9, [(1, STUCK_CLOSED)], "unfold", "the switch folded did not open", (1300, 1400)),
     ],
 )

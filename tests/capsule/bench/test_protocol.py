@@ -86,7 +86,6 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
 def test_events():
     for payload, event in (
         ("D,7,800,1,2,3,4,1", Sample(7, 800, (1, 2, 3, 4), at_end=True)),
-        ("A,speed,25", protocol.Acknowledgement("speed", "25")),
         ("E,speed,too fast, sorry", protocol.Refusal("speed", "too fast, sorry")),
         ("P,402,-2,-0.117,-3.87,running", protocol.Position(402, -2, -0.117, -3.87, "running")),
         ("P,402,-2,-0.117,-3.87,running,", protocol.Position(402, -2, -0.117, -3.87, "running")),

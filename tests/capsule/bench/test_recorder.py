@@ -137,7 +137,6 @@ def test_a_false_frame_that_passed_its_check_harms_nothing(bench, at, number, de
 
 
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
-FOREIGN = encode("P,100,2,3.0,4.0,running") + encode("A,pause")
 STRANGERS = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
 
 
@@ -163,7 +162,7 @@ def test_another_board_is_refused_until_the_first_is_back(bench, script):
 @pytest.mark.parametrize(
     ("answer", "script", "kept", "until_s", "said"),
     [
-        ({}, [(3 + tick / 10, FOREIGN) for tick in range(600)], [], 9, "sent no sample for 5 s"),
+        ({}, [(3 + n / 10, encode("A,pause")) for n in range(600)], [], 9, "sent no sample for 5"),
         (OTHER, [*samples(33, 34), (3.4, LineLostError())], [33], 26, "did not come back within"),
         ({}, [(3.0 + number, LineLostError()) for number in range(40)], [], 26, ""),
     ],

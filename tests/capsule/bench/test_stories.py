@@ -14,7 +14,6 @@ from support.bench.rig import ONWARD, WAVELENGTH_MM, Killed, Rig
 from support.command import parsers
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
-SPEED_MM_S = 25.0
 
 
 @pytest.fixture
@@ -60,7 +59,7 @@ def test_a_recording_outlives_its_loggers_cable_and_is_recovered_after_a_kill(ri
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
     # Each row holds the sample of its time, also those after the gap.
     readings = recording.values[0, 30:] - np.nanmean(recording.values[0])
-    turn = np.exp(2j * np.pi * SPEED_MM_S * (1 - ONWARD) / WAVELENGTH_MM * recording.time_s[30:])
+    turn = np.exp(2j * np.pi * 25.0 * (1 - ONWARD) / WAVELENGTH_MM * recording.time_s[30:])
     gap = np.flatnonzero(np.isnan(readings))
     assert np.ptp(gap) + 1 == gap.size > 30
     before, after = np.sum((readings * turn)[: gap[0]]), np.sum((readings * turn)[gap[-1] + 1 :])
@@ -68,13 +67,10 @@ def test_a_recording_outlives_its_loggers_cable_and_is_recovered_after_a_kill(ri
     assert not rig.cables.logger.boot_loader_heard
 
 
-# The first target is reached as soon as the wave is felt; then it folds to go back.
-THERE_AND_BACK = ("--goto", 11, 3)
-PORTS = ("--drive", "wave", "--fold", "fold", "--port", "logger", "--out", "tuesday")
-
-
 def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, capsys):
-    found_mm = []
+    words, found_mm = ["--drive", "wave", "--fold", "fold", "--port", "logger"], []
+    # The first target is reached as soon as the wave is felt; then it folds to go back.
+    words += ["--out", "tuesday", "--goto", 11, 3]
 
     def is_in(state):
         return lambda: rig.events()[-1]["after"] == state
@@ -86,7 +82,7 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
         (is_in("returning"), rig.kill),
     ]
     with pytest.raises(Killed):
-        rig.run("survey", *PORTS, *THERE_AND_BACK, then=acts)
+        rig.run("survey", *words, then=acts)
     assert "was unplugged" in capsys.readouterr().out
     assert "let_go" in [event["event"] for event in rig.events()]
     # A lost link costs time alone.

@@ -217,8 +217,8 @@ def test_the_places_are_written_as_they_are_read(tmp_path):
     places = [replace(first, size_high_mm=np.inf, **strange), second]
     disk.write_places(places)
     disk.close()
-    written = {"places.csv": (tmp_path / "tuesday" / "places.csv").read_bytes()}
-    again = parse_session("tuesday", contents | written).places
+    contents["places.csv"] = (tmp_path / "tuesday/places.csv").read_bytes()
+    again = parse_session("tuesday", contents).places
     np.testing.assert_equal([vars(place) for place in again], [vars(place) for place in places])
     assert again[0].verdict == "nodule, 3.1 mm (2.4 mm or more)"
 
