@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from capsule.engine.configuration import allowed_values, read_schema
+from capsule.engine.keys import imported_files
 from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.store.files import read_csv
 from support.command import output_of
@@ -64,6 +65,22 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
     assert shown == [(label, str(n)) for n, label in enumerate(labels["equations"], 1)]
 
 
+def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
+    page = text_of("docs/files.md").partition("### What a recording passes\n")[2]
+    section = page.partition("\n### ")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", section, re.MULTILINE))
+    assert list(rows) == ["preprocess", "list", "describe", "evaluate", "report"]
+    workflow = ROOT / "workflow"
+    for step, cell in rows.items():
+        used = imported_files(workflow / f"scripts/{step}.py", ["capsule.detectors.shipped"])
+        for part in cell.split(";"):
+            # A folder stands before the files in it.
+            folder, *names = re.findall("`([^`]+)`", part if "/`:" in part else f"`./` {part}")
+            for path in (workflow / folder / name for name in names):
+                assert path.exists()
+                assert path in used or "scripts/capsule" not in path.as_posix(), (step, path)
+
+
 def rows_of(schema, path=""):
     """Yield the row of every key that holds a value."""
     for name, part in schema["properties"].items():
@@ -97,3 +114,4 @@ def test_pages_give_the_range_that_the_benchmark_measured_and_the_numbers_that_a
     intervals = " ".join(text_of("docs/intervals.md").split())
     low, high = (f"{100 * share:.1f}" for share in new_specificity(20, 0.95))
     assert f"At n = 20 the central 90 % are {low} to {high} %." in intervals
+    assert f"95 % to +-5 points takes {needed[95][2]} healthy recordings" in intervals

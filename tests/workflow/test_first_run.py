@@ -160,6 +160,16 @@ def test_a_job_reads_what_its_rule_declares_and_nothing_else(jobs):
     assert len({rule for rule, *_ in jobs}) == 12
 
 
+def test_a_job_that_needs_no_table_imports_no_package_but_numpy(jobs):
+    """Imports take most of the time of such a job."""
+    package = re.compile(r".*site-packages/(?:__pycache__/)?([A-Za-z]\w*)(?:/|\.py|\.cpython)")
+    for rule, _, read in jobs:
+        used = {each[1] for each in map(package.match, read) if each} - {"coverage"}
+        if rule in ("preprocess", "fit", "describe", "plot", "list", "templates", "detect"):
+            assert used == {"numpy"}, rule
+        assert rule != "evaluate" or "pandas" in used
+
+
 # What a further call does.
 
 

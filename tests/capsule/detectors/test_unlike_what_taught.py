@@ -4,6 +4,7 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import capsule
 from capsule.detectors.described_recording import DescribedRecording
@@ -41,6 +42,20 @@ def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(
         assert answers.count(False) <= 0.05 * count
 
 
+def shared_noise(numbers):
+    """Return slow noise that neighbouring sensors share in part."""
+    rows = lfilter([1], [1, -numbers.uniform(0.5, 0.99)], numbers.normal(0, 8, (4, 800)), axis=1)
+    shared = numbers.uniform(0.2, 0.8) ** np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
+    return 500 + (shared @ rows)[:, 200:]
+
+
+def travelling_noise(numbers):
+    """Return slow noise that reaches one sensor after the other."""
+    recursion, delay = [1, -numbers.uniform(0.5, 0.99)], int(numbers.integers(1, 8))
+    row = lfilter([1], recursion, numbers.normal(0, 8, 900))[200:]
+    return 500 + np.stack([row[sensor * delay :][:600] for sensor in range(4)])
+
+
 def ridges(numbers):
     """Return four neighbouring channels of a finger on a board of ridges, at some speed."""
     path = numbers.choice(sorted((ROOT / "tests/data/fabricslide").glob("*.csv")))
@@ -50,9 +65,12 @@ def ridges(numbers):
     return np.stack([np.interp(at, every, row) for row in channels[first : first + 4]])
 
 
-def test_foreign_readings_that_would_get_a_verdict_are_unlike(shipped):
+@pytest.mark.parametrize(
+    ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
+)
+def test_foreign_readings_that_would_get_a_verdict_are_unlike(shipped, foreign, runs):
     traits, teach, settings = shipped
-    made = [ridges(generator(1, "foreign", "ridges", str(run))) for run in range(120)]
+    made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
     recordings = [DescribedRecording(values, settings) for values in made]
     judged = [each.traits for each in recordings if not each.no_verdict]
     answers = answers_of([traits[name] for name in teach], judged)
