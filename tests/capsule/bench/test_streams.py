@@ -1,9 +1,8 @@
 """Samples from and to streams of the Lab Streaming Layer, over real streams on this computer."""
 
 import math
-import os
-import subprocess
 import sys
+import threading
 import time
 import uuid
 from unittest.mock import Mock
@@ -12,17 +11,17 @@ import numpy as np
 import pylsl
 import pytest
 
-from capsule.bench import lsl
+from capsule.bench import lsl, recorder
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
 from capsule.bench.lsl import StampGrid, choose, find_stream, ranges_of
 from capsule.bench.state import State
 from capsule.errors import CapsuleError
 from capsule.interface.archive import read_recording
-from support.command import CAPSULE
+from support.command import parsers
 
 RULES = {"sensors": 4, "rate_hz": 10}
 # A container may have no multicast. The session's name keeps other programs out.
-CONFIGURATION = f"""[ports]
+pylsl.set_config_content(f"""[ports]
 IPv6 = disable
 [multicast]
 ResolveScope = machine
@@ -31,8 +30,7 @@ KnownPeers = {{127.0.0.1}}
 SessionID = {uuid.uuid4().hex}
 [log]
 level = -3
-"""
-pylsl.set_config_content(CONFIGURATION)
+""")
 
 
 def describe(name, channels=4, *, rate_hz=10.0, source_id="", **entries):
@@ -77,33 +75,34 @@ def name():
 @pytest.mark.boards
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
-def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, tmp_path, source_id):
-    (tmp_path / "lsl_api.cfg").write_text(CONFIGURATION)
-    info, from_s, raw = describe(name, source_id=source_id and name), pylsl.local_clock(), tmp_path
-    outlet = pylsl.StreamOutlet(info)
+def test_a_stream_that_loses_samples_and_restarts_has_all_rows(name, tmp_path, capfd, source_id):
+    info, from_s = describe(name, source_id=source_id and name), pylsl.local_clock()
+    part, heard = tmp_path / "unlabelled/r01.csv.part", []
+
+    def feed():
+        outlet = pylsl.StreamOutlet(info)
+        send(outlet, from_s, [number for number in range(30) if number not in (12, 13)])
+        # On the disk while the recording goes on.
+        wait_until(lambda: part.exists() and "\n2.9," in part.read_text())
+        listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
+        listening.open_stream(30.0)
+        del outlet
+        outlet = pylsl.StreamOutlet(info)
+        send(outlet, from_s, range(45, 81))
+        heard.append(listening.pull_sample(30.0)[0])
+
+    feeding = threading.Thread(target=feed)
+    feeding.start()
     words = f"--unlabelled --stream-in {name} --stream-channels 4,3,2,1 --stream-out {name}-out"
-    where = ["--name", "r01", "--raw", raw, "--logs", raw, "--duration", "8"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    environment = {**os.environ, "LSLAPICFG": str(tmp_path / "lsl_api.cfg")}
-    words = [*CAPSULE, "record", *words.split(), *where]
-    recorder = subprocess.Popen(words, env=environment, **pipes)
-    lost = [12, 13, 20, *range(30, 45)]
-    send(outlet, from_s, [number for number in range(30) if number not in (12, 13)])
-    part = raw / "unlabelled/r01.csv.part"  # on the disk while the recording goes on
-    wait_until(lambda: part.exists() and "\n2.9," in part.read_text())
-    listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
-    listening.open_stream(30.0)
-    del outlet
-    outlet = pylsl.StreamOutlet(info)
-    send(outlet, from_s, range(45, 81))
-    # Samples that are missing do not go out.
-    assert listening.pull_sample(30.0)[0] == readings_of(45)[::-1]
-    said = recorder.communicate(timeout=30)[0]
-    assert (recorder.returncode, "error: " in said, "Traceback" in said) == (0, False, False)
+    words += f" --name r01 --raw {tmp_path} --logs {tmp_path} --duration 8"
+    recorder.record(parsers()["record"].parse_args(words.split()))
+    feeding.join(30.0)
+    assert heard == [readings_of(45)[::-1]]  # samples that are missing do not go out
+    said, lost = capfd.readouterr().out, [12, 13, 20, *range(30, 45)]
     assert "ended: --duration is over" in said
     assert "3 gaps (18 samples missing) | 1 damaged frames" in said
-    assert "nan" in (raw / "unlabelled/r01.log").read_text()
-    recording = read_recording(raw / "unlabelled/r01.csv", 4)
+    assert "nan" in (tmp_path / "unlabelled/r01.log").read_text()
+    recording = read_recording(tmp_path / "unlabelled/r01.csv", 4)
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
     expected = np.array([readings_of(number)[::-1] for number in range(80)]).T
     expected[:, lost] = np.nan
