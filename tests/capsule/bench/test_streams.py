@@ -75,7 +75,7 @@ def name():
 @pytest.mark.boards
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
-def test_a_stream_that_loses_samples_and_restarts_has_all_rows(name, tmp_path, capfd, source_id):
+def test_a_stream_that_loses_samples_has_all_rows(name, tmp_path, monkeypatch, capfd, source_id):
     info, from_s = describe(name, source_id=source_id and name), pylsl.local_clock()
     part, heard = tmp_path / "unlabelled/r01.csv.part", []
 
@@ -93,6 +93,7 @@ def test_a_stream_that_loses_samples_and_restarts_has_all_rows(name, tmp_path, c
 
     feeding = threading.Thread(target=feed)
     feeding.start()
+    monkeypatch.chdir(tmp_path)  # so that the configuration is that of the program
     words = f"--unlabelled --stream-in {name} --stream-channels 4,3,2,1 --stream-out {name}-out"
     words += f" --name r01 --raw {tmp_path} --logs {tmp_path} --duration 8"
     recorder.record(parsers()["record"].parse_args(words.split()))
