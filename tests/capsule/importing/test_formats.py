@@ -1,23 +1,28 @@
 """Import of each format: from a file of its own library, and from files that packages ship."""
 
 import os
+import re
 import shutil
 import sys
+import zipfile
 from datetime import datetime, timedelta
 from functools import partial
+from pathlib import Path
 
 import h5py
+import nptdms
 import numpy as np
 import openpyxl
 import pandas
 import pynwb
 import pytest
+import scipy.io
 import xarray
 from pynwb.testing.mock.ecephys import mock_ElectricalSeries
 from rosbags.rosbag2 import StoragePlugin
 
 from support import lab_files as lab
-from support.importing import Case, import_files
+from support.importing import Case, assert_readings, import_files
 from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, xdf_stream
 from support.project import ROOT
 
@@ -401,11 +406,58 @@ def test_what_is_not_understood_is_quoted_with_a_remedy_that_works(tmp_path, kin
     ASKED[kind].check_asked(tmp_path)
 
 
+def test_what_is_no_table_is_named_with_a_remedy_that_works(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    TABLE.to_pickle("run.pkl")
+    TABLE.to_parquet("run2.parquet")
+    TABLE.to_json("run3.json", orient="records")
+    TABLE.to_json("run4.json", orient="records", lines=True)
+    for name in ("run.pkl", "run2.parquet", "run3.json", "run4.json"):
+        refused = import_files(tmp_path / name, Path(name)).refused
+        (remedy,) = re.findall(r"text: pandas\.(.*)", refused)
+        remedy, _, each_line = remedy.partition(", with lines=True if each")
+        assert bool(each_line) == name.endswith("json")
+        remedy = remedy.replace("')", "', lines=True)", 1) if name == "run4.json" else remedy
+        eval(f"pandas.{remedy}")
+        imported = import_files(tmp_path / f"{name} read", Path(name).with_suffix(".csv"))
+        assert_readings(imported.the_recording(), TIME_S, COUNTS)
+    with zipfile.ZipFile("run.zip", "w") as archive:
+        archive.write("run.csv")
+    assert "holds 'run.csv'; unpack it" in import_files(tmp_path, Path("run.zip")).refused
+
+
 def test_each_variable_is_a_run(tmp_path):
     path = matlab(**TWO_RUNS)(tmp_path)
     assert "did you mean 'run2'?" in import_files(tmp_path, path, "--variable", "run3").refused
     imported = import_files(tmp_path, path, "--variable", "all")
     assert list(imported.recordings()) == ["3mm/run-run1", "3mm/run-run2"]
+
+
+def test_floats_come_in_to_the_bit(tmp_path):
+    values = np.round(12 + np.random.default_rng(3).normal(size=(4, 525)), 12)
+    frame = pandas.DataFrame({"time (s)": TIME_S, **dict(zip(SENSORS, values, strict=True))})
+    for name, save in (("a.csv", frame.to_csv), ("b.xlsx", frame.to_excel)):
+        save(tmp_path / name, index=False)
+        imported = import_files(tmp_path / f"{name} read", tmp_path / name, "--unit", "kohm")
+        np.testing.assert_array_equal(imported.the_recording().values, values)
+
+
+SHIPPED = {
+    ".mat": Path(scipy.io.__file__).parent / "matlab/tests/data",
+    ".tdms": Path(nptdms.__file__).parent / "test/data",
+    ".h5": Path(h5py.__file__).parent / "tests/data_files",
+}
+
+
+@pytest.mark.parametrize("ending", SHIPPED)
+def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
+    files = sorted(SHIPPED[ending].glob(f"*{ending}"))
+    assert len(files) > 2
+    files = files[:: max(1, len(files) // 10)]  # scipy ships more than a hundred
+    imported = import_files(tmp_path, *files)
+    lines = imported.refused.splitlines()
+    assert all(line.startswith("refused: ") and ": " in line[9:] for line in lines)
+    assert len(lines) + imported.shown.count("  wrote ") >= len(files)
 
 
 def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path):

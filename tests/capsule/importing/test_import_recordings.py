@@ -238,6 +238,13 @@ def test_a_question_common_to_many_files_is_asked_once_and_another_one_beside_it
     assert alike == f"refused: {same[1]}, {same[2]}: the same question as for {same[0]}"
 
 
+def test_a_huge_file_in_the_archive_is_not_read(tmp_path, good):
+    (tmp_path / "raw/3mm").mkdir(parents=True)
+    with (tmp_path / "raw/3mm/r01.csv").open("wb") as stream:
+        stream.truncate(300_000_000_000)  # a hole takes no room on the disk
+    assert import_files(tmp_path, good).counted == "1 recording imported, 0 files refused"
+
+
 def test_a_reader_that_ends_early_does_not_stop_the_import():
     read, write = os.pipe()
     os.close(read)

@@ -11,9 +11,11 @@ from itertools import cycle
 import numpy as np
 import pytest
 
-from capsule.recordings.recording import DECISIVE, Recording, format_recording
+from capsule.importing.table import is_far, lone_runs
+from capsule.recordings.recording import DECISIVE, Recording, format_recording, read_recording
 from support.importing import ODD, Case, import_files, lines, write_table
 from support.lab_files import COUNTS, TIME_S
+from support.project import ROOT
 
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
 NOON = datetime(2024, 5, 6, 12)
@@ -193,6 +195,7 @@ READ_RATES = """
     # fs: 10 | % Sampling rate (kHz) = 0.01 | sample_rate,10 Hz | # fs_khz: 0,01 | # dt_ms: 100
     # Sample Interval: 100 ms
 """
+IN_MILLIVOLTS = "P{} (mVolt) | P{} (mVDC) | S{} in millivolts"
 UNITS_ROW, MILLI = "time,S1,S2,S3,S4\ns,mV,mV,mV,mV", COUNTS / 1000
 # As a serial plotter shows it.
 LABELLED = "".join("S1:{:g} S2:{:g} S3:{:g} S4:{:g}\n".format(*sample) for sample in COUNTS.T)
@@ -213,7 +216,9 @@ READ = {
     **rows(READ_ABOVE, lambda line, _: good(above(line))),
     **rows(READ_NAMED, lambda names, _: good(named(names))),
     **rows(READ_RATES, lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
-    **rows("P{} (mVolt) | P{} (mVDC)", lambda names, _: good(named(names), MILLI)),
+    **rows(
+        "P{} (mVolt) | P{} (mVDC) | S{} in millivolts", lambda names, _: good(named(names), MILLI)
+    ),
     **rows("# Units: mV | # all readings in millivolts", lambda line, _: good(above(line), MILLI)),
     "two words for one unit": good(above("# unit: mV\n# Units: millivolts"), MILLI),
     "unit of each sensor": good(above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"), MILLI),
@@ -323,9 +328,9 @@ JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 ALL_POINTS = grouped(4, german, times=german)
 BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
-NAMED_AGAIN = "".join(
-    lines(*COUNTS[:, at], head="S1,S2,S3,S4") for at in (np.s_[:300], np.s_[300:])
-)
+PIECES = np.s_[:300], np.s_[300:]
+NAMED_AGAIN = "".join(lines(*COUNTS[:, at], head="S1,S2,S3,S4") for at in PIECES)
+RESET = "".join(timed("time_s", TIME_S[at] - TIME_S[at][0], COUNTS[:, at]) for at in PIECES)
 
 
 def unknown_unit(text, what):
@@ -373,6 +378,8 @@ ASKED = {
     "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
+    "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
+    "a log of MegunoLink": Case("{TIMEPLOT|DATA|S1|T|512}\n" * 525, "there is no table with 4"),
     "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
@@ -408,6 +415,15 @@ def test_readings_that_lack_digits_are_told(tmp_path):
     assert f"note: line 42: 4 of sensor_1 is far from {sides}" in imported.shown
     assert "line 102 and line 103: 5 and 53 of sensor_3 is far from " in imported.shown
     assert f"line 121: 5 of sensor_4 is far from {values[3, -2]:g} before it" in imported.shown
+
+
+def test_nothing_is_named_in_the_recordings_of_the_archive():
+    files = sorted(ROOT.glob("raw/*mm/*.csv"))[::4]
+    assert len(files) > 50
+    for path in files:
+        with path.open("rb") as stream:
+            values = read_recording(stream, 4).values
+        assert not lone_runs(values) and not is_far(values).all(), path
 
 
 STARTED, NO_DATE = "# started: {0:%Y-%m-%dT%H:%M:%S}Z\n", "which is no date such as"
