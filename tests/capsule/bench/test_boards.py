@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import serial
 
-from capsule.bench import board, line
+from capsule.bench import board, line, recorder
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -31,6 +31,7 @@ from capsule.bench.protocol import Acknowledgement, Damaged, encode
 from capsule.bench.record_command import exit_statuses
 from capsule.commands import cli
 from support.bench.scripted import FakeLine, board_on, identity_of
+from support.command import parsers
 from support.marks import needs_terminals
 from support.project import ROOT
 
@@ -196,6 +197,17 @@ def test_a_port_without_its_board_is_refused_and_closed(monkeypatch, clock, foun
         Board("A", 57600, "logger", print)
     assert said in str(reason.value)
     assert talking.closed
+
+
+def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch, tmp_path):
+    lost = FakeLine("lost")
+    connected = board_on(lost)
+    lost.lost = True
+    monkeypatch.setattr(recorder, "Board", lambda *_: connected)
+    words = f"--size 3 --drive lost --raw {tmp_path} --logs {tmp_path}"
+    with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
+        recorder.record(parsers()["record"].parse_args(words.split()))
+    assert lost.closed
 
 
 # Kills: samples lost that came before the identity; the begin of a frame that neither log nor count

@@ -2,6 +2,7 @@
 
 import binascii
 import ctypes
+import re
 import struct
 
 import numpy as np
@@ -11,6 +12,7 @@ from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Positio
 from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard, Talk
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
+from support.documents import text_of
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
@@ -261,6 +263,16 @@ def test_a_board_that_starts_anew_unfolds(mishap, watched):
     assert at_rest(talk) == UNFOLDED
 
 
+def test_a_flood_of_questions_keeps_it_from_nothing(fold):
+    fold.say("fold")
+    fold.board.deliver(b"?\n" * 10_000)
+    heard = fold.wait(2)
+    assert len(of_kind(Identity, heard)) > 100
+    assert fold.board.seen.watchdog_resets == 0
+    assert states(heard) == ["folding"]
+    assert np.diff([report.device_ms for report in of_kind(FoldState, heard)]).max() < 300
+
+
 def newest(talk):
     """Return half-steps and ticks on of the newest record in the memory."""
     slots = [struct.unpack("<10sH", talk.board.eeprom[at : at + 12]) for at in (0, 16)]
@@ -316,3 +328,33 @@ def test_a_broken_wire_reads_as_closed_and_normally_open_switches_take_another_b
     talk = Talk(emulated.FOLD, FoldingOrigami, image=tmp_path / "fold.elf", normally_closed=False)
     assert answer(talk, "fold") == Acknowledgement("fold", "")
     assert states(talk.wait(6)) == ["folding", "folded", "unfolding"]
+
+
+def test_the_pages_have_the_firmwares_numbers():
+    headers = [emulated.FIRMWARE / name for name in ("peristalsis/motion.h", "fold/origami.h")]
+    text = "".join(header.read_text("utf-8") for header in headers)
+    defined = re.findall(r"#define (\w+) \(?([\dL* ]+?)\)?(?: */\*.*)?\n", text)
+    has = {name: eval(value.replace("L", ""), {}) for name, value in defined}
+    per_turn = has["HALF_STEPS_PER_TURN_NUMERATOR"] / has["HALF_STEPS_PER_TURN_DENOMINATOR"]
+    wave_mm, on_s = has["WAVELENGTH_UM"] / 1000, has["DUTY_ON_MS"] / 1000
+    per_s = 1e6 / has["TICK_US"]
+    per_mm = per_turn / (has["WAVES_PER_MOTOR_TURN"] * wave_mm)
+    assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
+    longest_s, mm = has["LONGEST_MS"] / 1000, np.pi * 10 / per_turn
+    release, slack = has["RELEASE_HALF_STEPS"], has["SLACK_HALF_STEPS"]
+    told = [
+        f"half-steps a turn of the motor's shaft | {per_turn:.2f}",
+        f"cam shaft | {wave_mm:g} mm a turn",
+        f"half-steps a mm of the wave | {per_mm:.2f}",
+        f"half-steps a second at 25 mm/s | {25 * per_mm:.0f}",
+        f"half-steps a second at most | {has['MAX_RATE']}",
+        f"ramp | {has['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s²",
+        f"speed | {per_s:g} half-steps/s",
+        f"duty | {on_s:g} s in {has['DUTY_S']} s | {100 * on_s / has['DUTY_S']:.0f} %",
+        f"lease | {has['LEASE_MS'] / 1000:g} s",
+        f"{release} half-steps | {release * mm:.1f} mm of thread",
+        f"{slack} half-steps | {slack * mm:.1f} mm of thread",
+        f"{longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread",
+    ]
+    pages = text_of("docs/bench.md") + text_of("docs/protocol.md")
+    assert not [statement for statement in told if f"| {statement}" not in pages]
