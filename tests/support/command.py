@@ -1,6 +1,5 @@
 """Call programs in processes of their own, and the command `capsule` inside that of the tests."""
 
-import functools
 import subprocess
 import sys
 
@@ -18,7 +17,6 @@ def output_of(*words, **settings):
     return done.stdout
 
 
-@functools.cache
 def parsers():
     """Return the parsers of all subcommands by their names; this imports all their modules."""
     return subparsers(build_parser(tuple(COMMANDS)))
