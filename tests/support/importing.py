@@ -61,10 +61,12 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
     """Import files into `folder`/raw, with lab.yaml beside it."""
     condition = [] if "--unlabelled" in arguments else ["--size", size]
     fixed = ["--raw", folder / "raw", "--write-map", folder / "lab.yaml"]
+    own = "--config" in arguments
     words = ["import", *map(str, (*arguments, *condition, *fixed))]
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        importer = Importer(PARSER.parse_args(words), SHIPPED)
+        options = PARSER.parse_args(words)
+        importer = Importer(options, read_settings(options.config) if own else SHIPPED)
         importer.run()
     status, told = int(bool(importer.refused)), importer.summary()
     return Imported(out.getvalue(), err.getvalue(), told, status, folder / "raw")

@@ -353,7 +353,9 @@ def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -
         if _same(1 / (step * SECONDS[other]), rate_hz)
     }
     steps = np.diff(numbers)
-    mean = float(np.mean(steps[np.abs(steps - step) <= 0.4 * step]))
+    # The median of an even number of steps can be like none of them.
+    usual = steps[np.abs(steps - step) <= 0.4 * step]
+    mean = float(np.mean(usual)) if usual.size else step
     off, binary_off = (
         abs(np.log(mean * length * rate_hz))
         for length in (SECONDS[unit], _BINARY.get(unit, np.inf))
