@@ -173,6 +173,18 @@ def test_a_job_that_needs_no_table_imports_no_package_but_numpy(jobs):
 # What a further call does.
 
 
+def test_a_recording_that_is_away_while_the_list_is_made_is_in_the_list(project):
+    # The list must be what its key says: no later run would make it again.
+    notes = (project.folder / ".snakemake/metadata").iterdir()
+    jobs = [json.loads(path.read_text(encoding="utf-8")) for path in notes]
+    (call,) = {job["shellcmd"] for job in jobs if job["rule"] == "list"}
+    before = project.table("recordings.csv")
+    (project.raw / "2.5mm/r01.csv").unlink()
+    (project.results / "recordings.csv").unlink()
+    output_of("sh", "-c", call, cwd=project.folder)
+    assert project.table("recordings.csv") == before
+
+
 def test_the_reason_shows_a_setting_a_recording_and_a_script_before_and_now(project):
     project.configure(fit={"seed": 2})
     project.append("workflow/scripts/capsule/method/particle.py", "\n# an edit\n")

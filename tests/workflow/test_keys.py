@@ -7,7 +7,6 @@ import re
 import pytest
 
 from capsule.recordings.recording import format_recording
-from support.command import output_of
 from support.project import Project
 from support.surveys import write_session
 from support.synthetic import make_recording, write_archive
@@ -170,15 +169,3 @@ def test_after_a_failed_job_the_next_call_makes_it_and_all_behind_it(project):
     path.write_bytes(whole)
     run = project.snakemake("results/detections.csv")
     assert run.jobs == {"evaluate": 1, "detect": 1}, run.output
-
-
-def test_a_recording_that_is_away_while_the_list_is_made_is_in_the_list(project):
-    # The list must be what its key says: no later run would make it again.
-    notes = (project.folder / ".snakemake/metadata").iterdir()
-    jobs = [json.loads(path.read_text(encoding="utf-8")) for path in notes]
-    (call,) = {job["shellcmd"] for job in jobs if job["rule"] == "list"}
-    before = project.table("recordings.csv")
-    (project.raw / "2.5mm/r01.csv").unlink()
-    (project.results / "recordings.csv").unlink()
-    output_of("sh", "-c", call, cwd=project.folder)
-    assert project.table("recordings.csv") == before
