@@ -136,6 +136,7 @@ def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected(passes
     places = apart(30) // passes_of
     sizes_mm, detected = 1.0 + places % 3, apart(30) % 4 > 0
     features = sizes_mm[:, np.newaxis] + generator(1, "half width").normal(size=(30, 2))
+    features *= [1.0, 0.1]
     model = fit_sizes(features, sizes_mm, places, detected, ridge=0.5, confidence=0.8)
     # The penalties are those of features that are scaled by their deviations over all recordings.
     scaled, leave = features / features.std(axis=0), LeaveOneGroupOut()

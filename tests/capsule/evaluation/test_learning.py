@@ -116,6 +116,10 @@ def test_places_are_the_clusters_and_what_is_held_out_neither_teaches_nor_is_jud
     assert all(np.isnan(row["rate_low"]) for row in rows if row["judged"] > row["clusters"])
     # Two healthy places of two recordings: two of four teach.
     assert [row["taught_healthy"] for row in last_of(rows)] == [3.0] * 3
+    # Of seven recordings, each of a place of two leaves out two, and each of the others one.
+    seven = {name: score for name, score in SCORES.items() if name != "0mm/d"}
+    for row in last_of(rows_of(seven, ALONE | {"0mm/a": "0mm/b"})):
+        assert row["taught"] == pytest.approx(7 - 9 / 7, abs=5e-7)
     # Were "0mm/d" to teach, nothing but 2mm/a would be louder.
     rows = rows_of(apart=["0mm/d"])
     assert [(row["judged"], row["taught"]) for row in last_of(rows)] == [(3, 6), (2, 6), (2, 6)]

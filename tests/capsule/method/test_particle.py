@@ -5,12 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.engine.configuration import read_config_file
 from capsule.method import particle as method
 from capsule.method.preprocessing import preprocess
 from capsule.seeding import generator
 from support import literal
 from support.paper import PAPER
+from support.project import ROOT
 from support.synthetic import make_recording
+
+SHIPPED = read_config_file(ROOT / "config/config.yaml")["fit"]
 
 SMALL = method.ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
 
@@ -85,3 +89,9 @@ def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, len
     for found, vector in zip(drawn, vectors, strict=True):
         expected = method.render(method.Particle.from_vector(vector), first_peak, length)
         np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+def test_the_options_of_a_fit_are_all_its_settings_but_the_seed():
+    options = method.fit_options(SHIPPED)
+    space = vars(options.pop("space"))
+    assert options | space | {"seed": SHIPPED["seed"]} == SHIPPED

@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
+from capsule.method.sliding import (
+    RepeatedParticle,
+    SlidingComparison,
+    fast_length,
+    rmse_at_lag,
+)
 from capsule.seeding import generator
 from support import literal
 
@@ -59,3 +64,7 @@ def test_of_all_lags_the_best_is_found_whatever_the_signs_and_the_columns(pair, 
     rounding = 1e-9 if expected > 1e-6 else 1e-6
     assert rmse_at_lag(matrix, particle, lag) == pytest.approx(expected, abs=rounding)
     assert squares[lag - 1] == pytest.approx(squares.min(), abs=1e-9)
+
+
+def test_a_fast_length_is_the_next_multiple_of_16_without_prime_factors_above_5():
+    assert [*map(fast_length, (1, 16, 97, 240, 241, 321))] == [16, 16, 128, 240, 256, 384]
