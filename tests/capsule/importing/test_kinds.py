@@ -1,7 +1,7 @@
 """Each kind of text gives the right numbers, or a line with a remedy that works.
 
 The kinds are those of public reports of faults of other programs. They are made from one recording
-of the shipped archive, with a function a kind; tests/data/odd holds files of a few samples.
+of the shipped archive, with a function a kind; tests/data/odd holds files of other programs.
 """
 
 import re
@@ -88,22 +88,21 @@ def without(*samples):
 
 
 FOUR, EIGHT_VOLTS = EIGHT * 4, np.round(EIGHT * 5 / 1024, 4)
-LAB_VOLTS = np.tile(EIGHT_VOLTS, 4)
 CUT_VOLTS = np.where(EIGHT_VOLTS == 2.6221, 2.622, EIGHT_VOLTS)
-LATER_VOLTS = [row[:30] if n == 1 else row[2:] for n, row in enumerate(LAB_VOLTS)]
+LATER_VOLTS = [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)]
 # Files of tests/data/odd that need more than to be read: options, what is read, and a refusal
 # without these; or what a note tells. Some second sensors begin 0.2 s later.
 ODD_READ = {
-    "labview": (V, LAB_VOLTS, "can be V (--unit V) or kohm"),
-    "labview_no_times": (V, LAB_VOLTS, "can be V (--unit V) or kohm"),
-    "labview_times_of_each": ("", LAB_VOLTS, ""),
+    "labview": (V, VOLTS, "can be V (--unit V) or kohm"),
+    "labview_no_times": (V, VOLTS, "can be V (--unit V) or kohm"),
+    "labview_times_of_each": ("", VOLTS, ""),
     "labview_times_of_each_later": ("", LATER_VOLTS, ""),
     "labview_later": ("", LATER_VOLTS, ""),
     "time_repeated": (V, LATER_VOLTS, ""),
     "time_numbered_by_pandas": (V, LATER_VOLTS, ""),
     "time_numbered": (V, LATER_VOLTS, ""),
     "time_named_by_sensor": (V, LATER_VOLTS, ""),
-    "labchart": ("", LAB_VOLTS, ""),
+    "labchart": ("", VOLTS, ""),
     "last_number_short": ("", CUT_VOLTS, "'2.622' may lack digits"),
     "autumn": ("", EIGHT, "jumps by an hour, as with summer time"),
     "spring": ("", EIGHT, "jumps by an hour, as with summer time"),
@@ -154,7 +153,6 @@ ODD_REFUSED = {
     "cut_off": "line 9, the last one, has 4 cells, but there are 5 columns; complete the",
     "short_first_line": "line 2 has 3 cells, but there are 5 columns; complete the line, copy",
     "short_line": "line 6 has 4 cells, but there are 5 columns; complete the line, copy",
-    "labchart_blocks": "sample 17: time runs backwards, 0 s follows 1.5 s; if another run begins",
     "stamps_alone": "line 1: there is no table",
     "end_line": "line 10, column 'time': 'end' is not a number; if it marks a missing",
     "backwards": "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins",
@@ -175,7 +173,7 @@ ODD_REFUSED = {
     "latin1 --encoding utf-8": "the file is not readable text: byte 7 is not utf-8",
     "epoch --encoding utf-16": "line 1: there is no table with 4 columns of numbers",
 }
-OTHERS = ODD_READ.keys() | {call.split()[0] for call in ODD_REFUSED}
+OTHERS = {"labchart_blocks", *ODD_READ, *(call.split()[0] for call in ODD_REFUSED)}
 PLAIN_FILES = sorted({path.stem for path in ODD.iterdir()} - OTHERS)
 ODD_READ |= dict.fromkeys(PLAIN_FILES, ("", EIGHT, ""))
 # Lines above a table that change nothing.
@@ -379,6 +377,7 @@ ASKED = {
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
+    "blocks of LabChart": Case(ODD / "labchart_blocks.txt", f"give {GAP}", GAP, values=None),
     "a log of MegunoLink": Case("{TIMEPLOT|DATA|S1|T|512}\n" * 525, "there is no table with 4"),
     "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
