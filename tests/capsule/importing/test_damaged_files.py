@@ -56,7 +56,7 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
     content, most_before = file.read_bytes(), most_memory()
     cut = [content[: int(kept * len(content))] for kept in (0.1, 0.5, 0.9)]
     try:
-        for number, each in enumerate([content, *cut, *(damaged(content, rng) for _ in range(8))]):
+        for number, each in enumerate([content, *cut, *(damaged(content, rng) for _ in range(6))]):
             file.write_bytes(each)
             imported = import_files(tmp_path / str(number), given_path(file), "--dry-run")
             assert number > 0 or imported.refused == "", "the whole file comes in"
