@@ -11,6 +11,7 @@ import signal
 import sys
 import tracemalloc
 import zipfile
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -93,6 +94,11 @@ def test_a_package_that_crashes_or_takes_too_much_does_not_end_the_import(
     imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
     assert "run.npy: " in imported.refused and told in imported.refused
     assert imported.counted == "1 recording would be imported, 1 file refused"
+
+
+def test_what_cannot_be_imported_beforehand_is_left_to_the_reader(tmp_path, whole, monkeypatch):
+    monkeypatch.setattr(reading_apart, "import_module", Mock(side_effect=ImportError("libhdf5")))
+    assert import_files(tmp_path, whole[".npy"], "--dry-run").refused == ""
 
 
 @needs_forks  # elsewhere, files are read in this process

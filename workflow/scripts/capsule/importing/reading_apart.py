@@ -84,7 +84,7 @@ def read_apart(name: str, package: str, read: Reader, source: Any, keys: Keys) -
     with warnings.catch_warnings():
         # Packages warn about charts, checks and other versions of their format.
         warnings.simplefilter("ignore")
-        with contextlib.suppress(ModuleNotFoundError):
+        with contextlib.suppress(ImportError):  # which the reader tells
             import_module(package)
         forks = sys.platform == "linux"
         content = _of_a_fork(tables_or_refusal) if forks else tables_or_refusal()
