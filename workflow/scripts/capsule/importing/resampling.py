@@ -16,6 +16,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import firwin, kaiserord, oaconvolve
 
 from capsule.errors import CapsuleError
+from capsule.importing.times import mean_step
 
 STOP_DB = 60.0
 # End of the passband and start of the stopband, as fractions of the new rate.
@@ -69,9 +70,7 @@ def usual_rate(time_s: np.ndarray) -> float:
         raise CapsuleError(
             f"sample {at + 2}: time {what}, {time_s[at + 1]:g} s follows {time_s[at]:g} s; {remedy}"
         )
-    median = float(np.median(steps))
-    near = steps[np.abs(steps - median) <= 0.4 * median]
-    return 1.0 / float(np.mean(near if near.size else steps))
+    return 1.0 / mean_step(steps)
 
 
 def resample(

@@ -352,10 +352,7 @@ def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -
         for other in ("min", "h")
         if _same(1 / (step * SECONDS[other]), rate_hz)
     }
-    steps = np.diff(numbers)
-    # The median of an even number of steps can be like none of them.
-    usual = steps[np.abs(steps - step) <= 0.4 * step]
-    mean = float(np.mean(usual)) if usual.size else step
+    mean = mean_step(np.diff(numbers))
     off, binary_off = (
         abs(np.log(mean * length * rate_hz))
         for length in (SECONDS[unit], _BINARY.get(unit, np.inf))
@@ -366,6 +363,16 @@ def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -
         length = f"steps of {1 / (mean * rate_hz):.4g} s"
         options[length] = f"{length}, {rate_hz:g} Hz (--time none --rate {rate_hz:g})"
     return options
+
+
+def mean_step(steps: np.ndarray) -> float:
+    """Return the mean of the steps (K,) of a time without its gaps.
+
+    These are near the median; that of an even number can be near none, and then all count.
+    """
+    median = float(np.median(steps))
+    near = steps[np.abs(steps - median) <= 0.4 * median]
+    return float(np.mean(near if near.size else steps))
 
 
 def _are_whole(numbers: np.ndarray) -> bool:
