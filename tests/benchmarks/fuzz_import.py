@@ -77,9 +77,7 @@ def main() -> None:
             raw = str(file.parent / "raw")
             words = ["import", str(given_path(file)), "--size=3", "--dry-run", "--raw", raw]
             given = build_parser(["import"]).parse_args(words), read_settings()
-            assert _import(Importer(*given)) == 0, (
-                "the whole file comes in, and its package is imported"
-            )
+            assert _import(Importer(*given)) == 0, "the whole file comes in"
             whole, counted, longest, most = file.read_bytes(), Counter[str](), 0.0, 0
             for number in range(options.number):
                 numbers = np.random.default_rng([options.seed, place, number])

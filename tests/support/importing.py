@@ -17,12 +17,7 @@ from capsule.recordings.recording import Recording, read_recording
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
-# Sections of the configuration that the import uses.
-SETTINGS = {
-    "recording": {"sensors": 4, "rate_hz": 10.0, "rate_tolerance": 0.05},
-    "diagonal": {"full_scale": 1024.0},
-}
-PARSER, SHIPPED = build_parser(["import"]), read_settings()
+PARSER, SETTINGS = build_parser(["import"]), read_settings()
 ODD = ROOT / "tests" / "data" / "odd"
 # What a refusal tells to do.
 REMEDY = re.compile(
@@ -66,7 +61,7 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         options = PARSER.parse_args(words)
-        importer = Importer(options, read_settings(options.config) if own else SHIPPED)
+        importer = Importer(options, read_settings(options.config) if own else SETTINGS)
         importer.run()
     status, told = int(bool(importer.refused)), importer.summary()
     return Imported(out.getvalue(), err.getvalue(), told, status, folder / "raw")
