@@ -38,7 +38,7 @@ def position(talk):
 
 def test_samples_at_exactly_ten_hertz_whatever_is_asked_and_sleeps_between():
     logger = Talk(emulated.LOGGER)
-    logger.board.set_voltages([0, 2500, 4999, 5100], [0, 2500, 4999, 5100])
+    logger.board.set_voltages(0, 2500, 4999, 5100)
     assert logger.say("start") == [Acknowledgement("start", "")]
     taken = of_kind(Sample, logger.wait(60))
     # To the processor's cycle: the timer starts the conversion.
@@ -317,9 +317,7 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert answer(fold, "fold") == Acknowledgement("fold", "")
 
 
-def test_a_broken_wire_reads_as_closed_and_normally_open_switches_take_another_build(
-    fold, tmp_path
-):
+def test_a_broken_wire_reads_as_closed_but_with_the_build_for_open_switches(fold, tmp_path):
     fold.board.break_wire(emulated.PIN_3)
     fold.wait(0.1)
     assert "both end switches are closed" in answer(fold, "fold")

@@ -41,12 +41,6 @@ def test_host_has_the_checksums_and_understands_every_answer_of_the_page():
 ARDUINO = Path("/usr/share/arduino/hardware")
 
 
-def missing_arduino():
-    if missing := missing_program("arduino-builder", packages="arduino-builder"):
-        return missing
-    return "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
-
-
 def built_by_the_arduino_ide(board, folder):
     name, kind = board[0], "mega:cpu=atmega2560" if board == emulated.LOGGER else "uno"
     command = ["arduino-builder", "-compile", "-fqbn", f"arduino:avr:{kind}", "-tools", "/usr/bin"]
@@ -60,7 +54,9 @@ def built_by_the_arduino_ide(board, folder):
     return folder / f"{name}.ino.elf"
 
 
-arduino = (pytest.mark.boards, needs(missing_arduino()))
+no_boards = "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
+missing = missing_program("arduino-builder", packages="arduino-builder") or no_boards
+arduino = (pytest.mark.boards, needs(missing))
 
 
 @emulated.needed
@@ -69,7 +65,7 @@ arduino = (pytest.mark.boards, needs(missing_arduino()))
 def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
     firmware = emulated.EmulatedBoard(board, build and build(board, tmp_path))
     if board == emulated.LOGGER:
-        firmware.set_voltages(*2 * [[1000, 2500, 4000, 5000]])  # from the page
+        firmware.set_voltages(1000, 2500, 4000, 5000)  # from the page
     if board == emulated.FOLD:
         firmware.set_switch(emulated.PIN_2, closed=True)
     lines, held = conversation(board), []

@@ -50,8 +50,7 @@ typedef struct {
     int transmit_length, receive_length, receive_done;
     int uart_full;
     unsigned char transmit[QUEUE], receive[QUEUE];
-    double from_mv[CHANNELS], to_mv[CHANNELS]; /* over the stretch being run */
-    avr_cycle_count_t stretch_start, stretch_end;
+    double voltages_mv[CHANNELS];
     unsigned char coils; /* the last pattern; none since a reset */
     int closed[SWITCHES];
     double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
@@ -107,12 +106,8 @@ static void on_conversion(avr_irq_t *irq, uint32_t value, void *context) {
     if (channel == 0) {
         stamp(&board->seen.samples, board->avr->cycle);
     }
-    double length = (double)(board->stretch_end - board->stretch_start);
-    double part = (double)(board->avr->cycle - board->stretch_start) / (length > 0 ? length : 1);
-    part = part > 1 ? 1 : part;
-    double mv = board->from_mv[channel] + (board->to_mv[channel] - board->from_mv[channel]) * part;
     double vref_mv = board->avr->avcc;
-    int code = (int)(mv * 1024 / vref_mv);
+    int code = (int)(board->voltages_mv[channel] * 1024 / vref_mv);
     code = code < 0 ? 0 : code > 1023 ? 1023 : code;
     avr_raise_irq(board->adc_pins + channel, (uint32_t)((code * vref_mv + 1022) / 1023));
 }
@@ -246,9 +241,8 @@ void board_skip(board_t *board, unsigned long long until_us) {
     board->avr->cycle = until_us * MHZ;
 }
 
-void board_set_voltage(board_t *board, int channel, double from_mv, double to_mv) {
-    board->from_mv[channel] = from_mv;
-    board->to_mv[channel] = to_mv;
+void board_set_voltage(board_t *board, int channel, double voltage_mv) {
+    board->voltages_mv[channel] = voltage_mv;
 }
 
 void board_set_switch(board_t *board, int number, int closed) {
@@ -303,9 +297,7 @@ unsigned char *board_memory(board_t *board) { return board->avr->data; }
 /* Run to a point in time; 0, or 1 if the processor stopped. */
 int board_run(board_t *board, unsigned long long until_us) {
     avr_t *avr = board->avr;
-    board->stretch_start = avr->cycle;
-    board->stretch_end = until_us * MHZ;
-    while (avr->cycle < board->stretch_end) {
+    while (avr->cycle < until_us * MHZ) {
         int state = avr_run(avr);
         if (board->restarted) {
             board->seen.watchdog_resets++;

@@ -26,8 +26,6 @@ MHZ = 16
 # A fold board that is set up, its thread unwound: `record_t` of origami.h.
 FIRST_RECORD = bytes.fromhex("01 00 00 00 00 00 00 00 00 00 7c 8e")
 _STRETCH_US = 5000
-# Sets voltages and switches for a stretch of time, from its start to its end in s.
-World = Callable[[float, float], None]
 # From docs/bench.md: half-steps of the motor for each mm of the wave.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
 
@@ -88,7 +86,7 @@ def _library() -> ctypes.CDLL:
         ("reset", None),
         ("skip", None, moment),
         ("run", number, moment),
-        ("set_voltage", None, number, real, real),
+        ("set_voltage", None, number, real),
         ("set_switch", None, number, number),
         ("set_cam", None, real, real, real),
         ("hang", number, number, number),
@@ -166,10 +164,10 @@ class EmulatedBoard:
         """The four coils, as bits of the register PORTB."""
         return self._memory[0x25] & 0xF
 
-    def set_voltages(self, from_mv: np.ndarray, to_mv: np.ndarray) -> None:
-        """Set the analogue inputs to change evenly over the next stretch of time."""
-        for channel, (start, end) in enumerate(zip(from_mv, to_mv, strict=True)):
-            self._library.board_set_voltage(self._board, channel, float(start), float(end))
+    def set_voltages(self, *voltages_mv: float) -> None:
+        """Set the first analogue inputs."""
+        for channel, voltage_mv in enumerate(voltages_mv):
+            self._library.board_set_voltage(self._board, channel, voltage_mv)
 
     def set_switch(self, switch: int, closed: bool) -> None:
         """Press or release a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO.
@@ -235,26 +233,28 @@ class EmulatedBoard:
 
 
 class Talk:
-    """A conversation with a board, in a world if one is given, with options of `EmulatedBoard`."""
+    """A conversation with a board, with options of `EmulatedBoard`.
+
+    Its `world`, if there is one, sets voltages and switches after each stretch of time.
+    """
 
     def __init__(
         self,
         board: tuple[str, str],
-        world: Callable[[EmulatedBoard], World] | None = None,
+        world: Callable[[EmulatedBoard], Callable[[], None]] | None = None,
         **options: object,
     ) -> None:
         self.board = EmulatedBoard(board, **options)
         self.world = world(self.board) if world else None
         self.now_us = 0
-        self.greeting = self.wait(0.05)
+        self.wait(0.05)  # it says what it is
 
     def wait(self, seconds: float) -> list[Event]:
         """Advance the time, and return the board's messages."""
         end_us = self.now_us + round(seconds * 1e6)
         while self.world and self.now_us < end_us:
-            start_us = self.now_us
-            self.now_us = min(start_us + _STRETCH_US, end_us)
-            self.world(start_us / 1e6, self.now_us / 1e6)
+            self.now_us = min(self.now_us + _STRETCH_US, end_us)
+            self.world()
             self.board.advance(self.now_us)
         self.now_us = end_us
         self.board.advance(end_us)

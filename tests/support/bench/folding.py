@@ -15,7 +15,7 @@ class FoldingOrigami:
 
     def __init__(self, board: EmulatedBoard, wound: float = 0) -> None:
         self._board, self._before, self.wound = board, board.half_steps, wound
-        self(0.0, 0.0)
+        self()
 
     @property
     def folded(self) -> float:
@@ -23,9 +23,8 @@ class FoldingOrigami:
         way = (self.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
         return min(max(way, 0.0), 1.0)
 
-    def __call__(self, start_s: float, end_s: float) -> None:
+    def __call__(self) -> None:
         """Move the thread by the motor's half-steps in the last stretch of time."""
-        del start_s, end_s
         now = self._board.half_steps
         # The completely folded origami stops the motor.
         self.wound = min(self.wound + now - self._before, TRAVEL + SWITCH_TRAVEL)

@@ -56,16 +56,15 @@ class Gut:
         motor.set_cam(turn, turn / 3, turn / 20)
         self._wave_mm = self.head_mm = 0.0
 
-    def __call__(self, start_s: float, end_s: float) -> None:
+    def __call__(self) -> None:
         """Move thread and capsule according to the motors in the last stretch of time."""
-        self._origami(start_s, end_s)
+        self._origami()
         before_mm, self._wave_mm = self._wave_mm, self._motor.half_steps / HALF_STEPS_PER_MM
         pace = np.interp(self._origami.folded, [0, 1], [ONWARD, BACK])
         self.head_mm += pace * (self._wave_mm - before_mm)
         behind_mm = self.head_mm - PITCH_MM * np.arange(4)
         angle = 2 * np.pi * (behind_mm - self._wave_mm) / WAVELENGTH_MM
-        voltages_mv = 2500 - 300 * np.cos(angle)
-        self._logger.set_voltages(voltages_mv, voltages_mv)
+        self._logger.set_voltages(*2500 - 300 * np.cos(angle))
 
 
 class Killed(BaseException):
@@ -212,7 +211,7 @@ class Rig:
         end_us, stretch_us = self._now_us + length_us, min(STRETCH_US, length_us)
         while self._now_us < end_us:
             until_us = self._now_us + stretch_us
-            self.gut(self.now_s, until_us / 1e6)
+            self.gut()
             for cable in vars(self.cables).values():
                 cable.step(self._now_us, until_us)
             self._now_us = until_us
