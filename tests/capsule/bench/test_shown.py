@@ -27,22 +27,17 @@ class Screen(io.StringIO):
     encoding, isatty = "utf-8", lambda screen: True
 
 
-@pytest.fixture
-def state():
-    shown = State(0.1, samples=754, missing=12, gaps=2, damaged=3, wave="wave 80 mm")
-    shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
-    verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
-    shown.judgement = SimpleNamespace(lines_so_far=lambda: verdicts)
-    return shown
-
-
 SURVEY = State(0.1, title="demo, simulated", samples=12000, away_s=90.4, doing="explores")
 SURVEY = replace(SURVEY, following="folds soon", score=0.075, threshold=0.15)
 PLACES = [(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")]
 SURVEY = replace(SURVEY, head_mm=250.0, head_known=True, places=PLACES)
 
 
-def test_a_recording_is_drawn_in_its_place(state):
+def test_a_recording_is_drawn_in_its_place():
+    state = State(0.1, samples=754, missing=12, gaps=2, damaged=3, wave="wave 80 mm")
+    state.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
+    verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+    state.judgement = SimpleNamespace(lines_so_far=lambda: verdicts)
     screen = Screen()
     terminal = Terminal(screen)
     terminal.show(state)
@@ -196,7 +191,6 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, long_run):
 
 # Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
 def test_too_many_browsers_come_and_go_and_hold_nothing_up(page, long_run, capfd):
-    address = ("127.0.0.1", page.server_port)
     asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n\r\n".encode()
     page.show(long_run)
     with contextlib.ExitStack() as stack:
@@ -210,7 +204,7 @@ def test_too_many_browsers_come_and_go_and_hold_nothing_up(page, long_run, capfd
             page.show(long_run)
             assert number or {next_event(each)[0] for each in listeners[1:]} == {701}
             if number % 5 == 0:
-                with socket.create_connection(address, timeout=5) as rude:
+                with socket.create_connection(("127.0.0.1", page.server_port), timeout=5) as rude:
                     # Cut off within the question, or after it.
                     rude.sendall(asked[: 20 if number % 10 else None])
         page.close()

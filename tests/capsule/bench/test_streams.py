@@ -66,17 +66,12 @@ def wait_until(happened):
         time.sleep(0.02)
 
 
-@pytest.fixture
-def name():
-    """Return a name that no other stream has."""
-    return f"stream-{uuid.uuid4().hex}"
-
-
 @pytest.mark.boards
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
-def test_a_stream_that_loses_samples_has_all_rows(name, tmp_path, monkeypatch, capfd, source_id):
-    info, from_s = describe(name, source_id=source_id and name), pylsl.local_clock()
+def test_a_stream_that_loses_samples_has_all_rows(tmp_path, monkeypatch, capfd, source_id):
+    name, from_s = uuid.uuid4().hex, pylsl.local_clock()
+    info = describe(name, source_id=source_id and name)
     part, heard = tmp_path / "unlabelled/r01.csv.part", []
 
     def feed():
@@ -139,14 +134,11 @@ def test_our_own_stream_tells_of_its_board_and_sends_each_sample_once_at_its_tim
 
 
 # Kills: a stream that is refused for the gain of a channel that is not recorded.
-def test_channels_are_chosen_by_label_or_number():
+def test_channels_are_chosen_by_label_or_number_and_a_stream_that_does_not_fit_is_refused():
     info = describe("x", 6, labels=list("abcdef"), gains="111115")
     chosen = {"b,c,d,a": (1, 2, 3, 0), "5,4,3,2": (4, 3, 2, 1), "2, e, 1, d": (1, 4, 0, 3)}
     for wanted, channels in chosen.items():
         assert choose(info, wanted, RULES)[0] == channels
-
-
-def test_a_stream_that_does_not_fit_is_refused_by_name():
     for settings, wanted, words in (
         ({"channels": 6}, None, r"6 channels \(1 sensor_1, .*recording\.sensors is 4.*--stream-ch"),
         ({"channels": 6, "labels": list("aabcde")}, "a,b,c,d", "no channel 'a', or several"),
@@ -164,7 +156,8 @@ def test_a_stream_that_does_not_fit_is_refused_by_name():
 
 
 @pytest.mark.boards
-def test_no_stream_and_two_of_one_name_are_told_apart(name):
+def test_no_stream_and_two_of_one_name_are_told_apart():
+    name = uuid.uuid4().hex
     with pytest.raises(BoardNotFoundError, match=rf"there is no LSL stream '{name}'; start its"):
         find_stream(pylsl, name, 0.1)
     ids = ("first", f"second {name}")

@@ -102,17 +102,16 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
     assert len(seen) >= 1000
 
 
-WAVE = {"speed_mm_s": 25.0, "ramp_mm_s2": 25.0, "direction": "forward"}
 BEGUN = "2026-01-01T10:00:00Z"
-HEADER = {"source": "a board", "rate_hz": "10", "started": BEGUN, "session": "killed"}
 KEPT = ("stream.csv", "events.jsonl")
 
 
 def kill(whole, folder, stream=None, events=None):
     """Make a session on boards as a kill leaves it, cut to some bytes."""
-    about = {"metres": 0.2, "goto": [], "raw": None, "index_mm": 0.0, "wave": WAVE}
-    about |= {"boards": dict.fromkeys(("drive", "fold", "logger"), "port")}
-    about |= {"begun": BEGUN, "header": HEADER}
+    about = {"metres": 0.2, "goto": [], "raw": None, "index_mm": 0.0, "begun": BEGUN}
+    about["wave"] = {"speed_mm_s": 25.0, "ramp_mm_s2": 25.0, "direction": "forward"}
+    about["header"] = {"source": "a board", "rate_hz": "10", "started": BEGUN, "session": "killed"}
+    about["boards"] = dict.fromkeys(("drive", "fold", "logger"), "port")
     folder.mkdir()
     (folder / "session.json").write_text(json.dumps(about))
     for name, kept in zip(KEPT, (stream, events), strict=True):
@@ -174,9 +173,7 @@ DISOBEYS = {"read": reading(fold="folded"), "at_end": True}
         (GUT, {"read": Mock(side_effect=KeyboardInterrupt)}, KeyboardInterrupt, "^$", ""),
     ],
 )
-def test_what_ends_a_survey_has_its_own_status_and_whole_files_or_none(
-    tmp_path, monkeypatch, words, bench, error, said, fold
-):
+def test_what_ends_a_survey(tmp_path, monkeypatch, words, bench, error, said, fold):
     for name, value in bench.items():
         monkeypatch.setattr(SimulatedBench, name, value)
     with pytest.raises(error, match=said):
