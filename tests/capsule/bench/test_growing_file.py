@@ -43,7 +43,7 @@ def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch
     part = part_of(final, 10)
     assert growing_file.unfinished(final.parents[1]) == [part.path]
     assert not final.exists()
-    with pytest.raises(NameExistsError, match="unfinished"):
+    with pytest.raises(NameExistsError, match="complete it first: capsule record --recover"):
         part_of(final, 0)
     assert part.finish() == final
     recording = read_recording(final, 4)
@@ -105,9 +105,7 @@ def replace_folder(path):
         (replace_folder, "elsewhere/capsule-recordings/3mm/r01", {}),
     ],
 )  # fmt: skip
-def test_what_was_lost_is_written_anew_and_nothing_overwritten(
-    tmp_path, final, monkeypatch, disturb, goes_on_as, kept
-):
+def test_what_was_lost_is_written_anew(tmp_path, final, monkeypatch, disturb, goes_on_as, kept):
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
     monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told, expected = [], tmp_path / f"{goes_on_as}.csv"
@@ -244,15 +242,13 @@ def test_what_cannot_be_recovered_is_left_alone_and_overwrites_nothing(part):
         assert (part.read_bytes(), taken.read_bytes()) == (WHOLE, b"precious")
         taken.unlink()
     assert list(part.parent.iterdir()) == [part]
-
-
-def test_a_running_recording_is_not_recovered(part):
+    part.unlink()
     file = growing_file.GrowingFile(part.with_suffix(""), WHOLE.decode())
     with pytest.raises(AcquisitionError, match=r"another program is writing .*stop"):
         recovery.recover(part, 4)
     with pytest.raises(AcquisitionError, match=r"another program is writing .*stop"):
         growing_file.GrowingFile(file.final, "", resumed=True)
     file.close()
-    recovery.recover(part, 4)
+    recovery.recover(part, 4)  # it runs no more
     with pytest.raises(AcquisitionError, match="not an unfinished recording"):
         recovery.recover(part.with_suffix(""), 4)

@@ -192,10 +192,11 @@ class Rig:
     def _date(self, _zone: object) -> datetime:
         return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=self.now_s)
 
-    def run(self, command: str, *words: object, then: Then) -> None:
+    def run(self, words: str, then: Then) -> None:
         """Run capsule record or capsule survey on these boards to its end."""
         self._then, self.stop.reason, self.killed = deque(then), "", False
-        options = parsers()[command].parse_args([str(word) for word in words])
+        command, *options = words.split()
+        options = parsers()[command].parse_args(options)
         try:
             if command == "record":
                 recorder.record(options)
