@@ -1,7 +1,8 @@
 """Each kind of text gives the right numbers, or a line with a remedy that works.
 
 The kinds are those of public reports of faults of other programs. They are made from one recording
-of the shipped archive, with a function a kind; tests/data/odd holds files of other programs.
+of the shipped archive, with a function a kind; tests/data/odd holds files of other programs, and
+tests/data/kinds.txt what is told of these, and lines and names that a function puts into a table.
 """
 
 import re
@@ -17,6 +18,8 @@ from support.importing import ODD, Case, import_files, lines, write_table
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
+SECTIONS = (ODD.parent / "kinds.txt").read_text(encoding="utf-8").split("\n\n== ")
+TEXTS = {title.partition(":")[0]: text for title, _, text in (s.partition("\n") for s in SECTIONS)}
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
 NOON = datetime(2024, 5, 6, 12)
 COUNTED, BY_RATE, RATED = "--unit counts", "--time none --rate 10", "--rate 10"
@@ -27,14 +30,19 @@ PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
 
 
-def rows(text, case):
-    """Return cases by what stands between bars or rows, and by the words before an arrow above."""
+def rows(section, case):
+    """Return cases by the entries of a section of kinds.txt; before an arrow stand their words."""
     made, words = {}, ""
-    for each in re.split(r"\s+\|\s+|\n\s*", text.strip()):
+    for each in re.split(r"\s+\|\s+|\n", TEXTS[section]):
         before, arrow, entry = each.rpartition("=> ")
         words = before.strip() if arrow else words
         made[entry] = case(entry, words)
     return made
+
+
+def table(section):
+    """Return the rows of a section of kinds.txt, each with the text of its cells."""
+    return [[cell.strip() for cell in row.split("|")] for row in TEXTS[section].splitlines()]
 
 
 def good(text, values=COUNTS, options="", words="", **more):
@@ -80,120 +88,28 @@ def german(value):
 
 
 EIGHT = np.loadtxt(ODD / "comma.txt", delimiter=",", skiprows=1).T[1:]
-
-
-def without(*samples):
-    """Return the eight samples with missing samples."""
-    return np.where(np.isin(np.arange(8), samples), np.nan, EIGHT)
-
-
-FOUR, EIGHT_VOLTS = EIGHT * 4, np.round(EIGHT * 5 / 1024, 4)
-CUT_VOLTS = np.where(EIGHT_VOLTS == 2.6221, 2.622, EIGHT_VOLTS)
-LATER_VOLTS = [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)]
-# Files of tests/data/odd that need more than to be read: options, what is read, and a refusal
-# without these; or what a note tells. Some second sensors begin 0.2 s later.
-ODD_READ = {
-    "labview": (V, VOLTS, "can be V (--unit V) or kohm"),
-    "labview_no_times": (V, VOLTS, "can be V (--unit V) or kohm"),
-    "labview_times_of_each": ("", VOLTS, ""),
-    "labview_times_of_each_later": ("", LATER_VOLTS, ""),
-    "labview_later": ("", LATER_VOLTS, ""),
-    "time_repeated": (V, LATER_VOLTS, ""),
-    "time_numbered_by_pandas": (V, LATER_VOLTS, ""),
-    "time_numbered": (V, LATER_VOLTS, ""),
-    "time_named_by_sensor": (V, LATER_VOLTS, ""),
-    "labchart": ("", VOLTS, ""),
-    "last_number_short": ("", CUT_VOLTS, "'2.622' may lack digits"),
-    "autumn": ("", EIGHT, "jumps by an hour, as with summer time"),
-    "spring": ("", EIGHT, "jumps by an hour, as with summer time"),
-    "empty_quotes": ("", without(5), "1 samples lack a sensor and count"),
-    "missing_sensor": ("", without(5), ""),
-    "missing_at_both_ends": ("", without(0, 7), ""),
-    "volts": ("", np.round(EIGHT * 5 / 1024, 6), ""),
-    "millivolts": ("", EIGHT * 5 / 1000, ""),
-    "kilo_ohms": ("", np.round(12 * EIGHT / (1024 - EIGHT), 4), ""),
-    "ohms_unnamed": ("", np.round(12_000 * EIGHT / (1024 - EIGHT), 1), ""),
-    "quoted": ("--time 1", EIGHT, ""),
-    "thousands_and_points": ("--unit counts", FOUR, ""),
-    "points_and_commas": ("--unit counts", FOUR, ""),
-    "slash_dates": ("--date-order day_first", EIGHT, "12:00:00.0' can name the day first (--date"),
-    "sample_numbers": ("--rate 10", EIGHT, "column 'sample' counts samples; give the sampling"),
-    "steps_of_one": ("--rate 10 --time-unit sample", EIGHT, "ms) or numbers of samples (--time"),
-    "no_time": ("--rate 10", EIGHT, "no column gives the time; name one with --time, or give the"),
-    "missing": ("--missing -999", without(3), "column 'S1': readings from -999 to 612 fit no unit"),
-    "volts_unnamed": ("--unit V", EIGHT_VOLTS, "can be V (--unit V) or kohm (--unit kohm)"),
-    "many_counts": ("--adc-bits 12 --unit counts", FOUR, "can be counts (--unit counts) or mV ("),
-    "pressure": ("--unit counts", EIGHT, "the file names kPa of "),
-    "thousands": (COMMAS, FOUR, "2.004 (--decimal comma) or 2004 (--thousands comma)"),
-    "five_channels": ("--sensors left right up down", EIGHT, "5 columns can be sensors, 'left', "),
-    "sixteen_channels": ("--sensors ch5 ch6 ch7 ch8", EIGHT, "16 columns can be sensors, 'ch1'"),
-    "two_clocks": ("--time time", EIGHT, "the columns 'time', 'timestamp' can all be the time"),
-    "wrong_unit": ("--time-unit ms", EIGHT, "with the unit s (named in the file), its usual step"),
-    "word_in_a_cell": ("--missing overload", without(2), "line 4, column 'S2': 'overload' is not"),
-    "unit_of_a_sensor": (COUNTED, EIGHT, "says 'S1: mV', and not"),
-    "two_units_of_time": (BY_RATE, EIGHT, "the file names us and ms; give"),
-    "rate_beside_clock": ("--time-unit clock", EIGHT, "rate = 20; give --time-unit clock"),
-    "gain_in_a_log": (f"{RATED} {COUNTED}", EIGHT, "says 'gain: 10', and"),
-    "gain_column": (COUNTED, EIGHT, "says 'gain: 10', and not"),
-    "unit_over_columns": (COUNTED, EIGHT, "says 'Pressure (kPa)'"),
-    "converted": (COUNTED, EIGHT, "names counts and says 'converted to kPa'"),
-    "raw_and_kPa": (COUNTED, EIGHT, "names raw and says 'unit: kPa'"),
-    "units_column": (COUNTED, EIGHT, "names kPa of 'S1'"),
-    "run_mmHg": (COUNTED, EIGHT, "says 'its name: run mmHg'"),
-    "units_row_mmHg": (COUNTED, EIGHT, "names mmHg of 'P1'"),
-    "clock_without_colons": (BY_RATE, EIGHT, "clock without colons"),
-    "date_without_colons": (BY_RATE, EIGHT, "clock without colons"),
-    "ticks_since_1601": ("--rate 10 --time none", EIGHT, "1e+06 is a rate between"),
-    "two_clocks_of_volts": (f"--time time {V}", EIGHT_VOLTS, "with --time; and column 'a'"),
+EIGHT_VOLTS = np.round(EIGHT * 5 / 1024, 4)
+# What is read of a file of tests/data/odd. Some second sensors begin 0.2 s later.
+VALUES = {
+    "eight": EIGHT,
+    "four times eight": EIGHT * 4,
+    "eight in volts": EIGHT_VOLTS,
+    "eight in volts cut": np.where(EIGHT_VOLTS == 2.6221, 2.622, EIGHT_VOLTS),
+    "eight in exact volts": np.round(EIGHT * 5 / 1024, 6),
+    "eight by 5 mV": EIGHT * 5 / 1000,
+    "eight in kohm": np.round(12 * EIGHT / (1024 - EIGHT), 4),
+    "eight in ohm": np.round(12_000 * EIGHT / (1024 - EIGHT), 1),
+    "volts": VOLTS,
+    "volts later": [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)],
+    **{
+        f"eight without {lost}": np.where(np.isin(range(8), lost), np.nan, EIGHT)
+        for lost in ([0, 7], 2, 3, 5)
+    },
 }
-# Files with options that do not read them, and words of the refusal.
-ODD_REFUSED = {
-    "steps_of_0.4": "can be s, 2.5 Hz (--time-unit s) or ms, 2500 Hz (--time-unit ms)",
-    "commas_for_all": "line 2 has 10 cells, but line 1 names 5 columns: a comma seems to be",
-    "cut_off": "line 9, the last one, has 4 cells, but there are 5 columns; complete the",
-    "short_first_line": "line 2 has 3 cells, but there are 5 columns; complete the line, copy",
-    "short_line": "line 6 has 4 cells, but there are 5 columns; complete the line, copy",
-    "stamps_alone": "line 1: there is no table",
-    "end_line": "line 10, column 'time': 'end' is not a number; if it marks a missing",
-    "backwards": "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins",
-    "coarse_clock": "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse",
-    "prose": "line 2: there is no table with 4 columns of numbers",
-    "empty": "the file is empty; export it again",
-    "three_columns": "3 columns can be sensors, ",
-    "no_such_day": "column 'date': '2026-02-30 12:00:00.0' is not a date such as",
-    "null_bytes": "the file is not readable text",
-    "ampersands": "line 5: there is no table with 4 columns of numbers",
-    "comma --delimiter tab": "line 5: there is no table with 4 columns of numbers",
-    "comma --sensors 0 1 2 3": "sensors: '0' is not a column; columns 1 to 5 are 'time_s', 'S1'",
-    "comma --sensors 1 2 3 4": "column 1 is 'time_s', which holds the time; name the sensors'",
-    "battery --sheet Run": "sheet: 'Run' is given, but the file holds one table; leave it",
-    "tab --time clock": "time: 'clock' is not a column; columns 1 to 5 are 'time (ms)', 'S1'",
-    "semicolon --sensors S1 S2 S3 S1": "column 'S1' is named twice; name another",
-    "iso --time-unit clock": "column 'date': '2026-03-04T12:00:00.0Z' is not a time of day",
-    "latin1 --encoding utf-8": "the file is not readable text: byte 7 is not utf-8",
-    "epoch --encoding utf-16": "line 1: there is no table with 4 columns of numbers",
-}
-OTHERS = {"labchart_blocks", *ODD_READ, *(call.split()[0] for call in ODD_REFUSED)}
-PLAIN_FILES = sorted({path.stem for path in ODD.iterdir()} - OTHERS)
-ODD_READ |= dict.fromkeys(PLAIN_FILES, ("", EIGHT, ""))
-# Lines above a table that change nothing.
-READ_ABOVE = """
-    # time base: 10 us | # dt: 100 | # inflated to 20 kPa | # operator: N
-    # clock: 16 MHz | # step 3 | # calibrated: yes | # calibrated: 2026-03-04 | # baseline: 10 s
-    # resolution: 10 bit | # 12 kohm in series | # supply (V): 5 | # gain: 1 | # offset: 0
-    # scale_factor: 1.0
-"""
-# Names of sensors that hold no unit, or ohm.
-READ_NAMED = """
-    S{}_\u03a9 | S{} in \u2126 | S (left),S (right),S (up),S (down) | N,E,S,W | S1_L,S2_R,S3_T,S4_B
-    T{} | A,B,C,D | in_{} | gain{} | left index 1,left index 2,S_min 3,S_min 4 | 0,1,2,3
-"""
-# Lines above a table without times.
-READ_RATES = """
-    # fs: 10 | % Sampling rate (kHz) = 0.01 | sample_rate,10 Hz | # fs_khz: 0,01 | # dt_ms: 100
-    # Sample Interval: 100 ms
-"""
-IN_MILLIVOLTS = "P{} (mVolt) | P{} (mVDC) | S{} in millivolts"
+ODD_READ = {name: rest for name, *rest in table("odd files read")}
+ODD_REFUSED = dict(table("odd files refused"))
+PLAIN_FILES = {path.stem for path in ODD.iterdir()} - {call.split()[0] for call in ODD_REFUSED}
+ODD_READ |= dict.fromkeys(PLAIN_FILES - {"labchart_blocks", *ODD_READ}, ("", "eight", ""))
 UNITS_ROW, MILLI = "time,S1,S2,S3,S4\ns,mV,mV,mV,mV", COUNTS / 1000
 # As a serial plotter shows it.
 LABELLED = "".join("S1:{:g} S2:{:g} S3:{:g} S4:{:g}\n".format(*sample) for sample in COUNTS.T)
@@ -211,21 +127,19 @@ CUT_TIME = lines(TIME_S + 20, *COUNTS, head="")[1:]
 BACKWARDS = ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
 PASSED_OVER = {"import_passed_over": "2 lines without a whole sample"}
 READ = {
-    **rows(READ_ABOVE, lambda line, _: good(above(line))),
-    **rows(READ_NAMED, lambda names, _: good(named(names))),
-    **rows(READ_RATES, lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
-    **rows(
-        "P{} (mVolt) | P{} (mVDC) | S{} in millivolts", lambda names, _: good(named(names), MILLI)
-    ),
-    **rows("# Units: mV | # all readings in millivolts", lambda line, _: good(above(line), MILLI)),
+    **rows("read above", lambda line, _: good(above(line))),
+    **rows("read named", lambda names, _: good(named(names))),
+    "one sign of ohm": good(named("S{}_\u03a9")),
+    "another sign of ohm": good(named("S{} in \u2126")),
+    **rows("read rates", lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
+    **rows("read names in mV", lambda names, _: good(named(names), MILLI)),
+    **rows("read above in mV", lambda line, _: good(above(line), MILLI)),
     "two words for one unit": good(above("# unit: mV\n# Units: millivolts"), MILLI),
     "unit of each sensor": good(above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"), MILLI),
     "row of units": good(lines(TIME_S, *COUNTS, head=UNITS_ROW), MILLI),
     **{
-        f"{bits} bits {unit} {how}": good(
-            timed(f"t ({unit})", wrapped(bits, *how)), words="jumps by"
-        )
-        for unit, bits, *how in COUNTERS
+        f"{how}": good(timed(f"t ({unit})", wrapped(*how)), words="jumps by")
+        for unit, *how in COUNTERS
     },
     "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
     "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
@@ -237,9 +151,7 @@ READ = {
     "counts of 16 bits": good(BY_24.replace(",", ""), 24 * COUNTS, f"{COUNTED} --adc-bits 16"),
     # What is simulated stays called simulated.
     "a recording": good(format_recording(Recording(TIME_S, COUNTS, OWN)).decode(), header=OWN),
-    "first line without its time": good(
-        NO_NAMES[2:], COUNTS[:, 1:], "", "532,540', is passed over"
-    ),
+    "first line without its time": good(NO_NAMES[2:], COUNTS[:, 1:], "", "540', is passed over"),
     "first time that lacks digits": good(CUT_TIME, words="20.1 s lie between", time_s=TRUNCATED),
     "a long gap": good(timed("t", PAUSED), words="5 min follows sample 201", time_s=PAUSED),
     "a stuck sensor": good(timed("t", TIME_S, STUCK), STUCK, "", "reject it: sensor_3 reads 7 in"),
@@ -253,7 +165,7 @@ READ = {
     "decimals without a last line end": good(lines(TIME_S, *VOLTS).rstrip("\n"), VOLTS, V),
     "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, "over: 9 is far from"),
     **{
-        name: good(ODD / f"{name}.txt", values, said, "" if said else words)
+        name: good(ODD / f"{name}.txt", VALUES[values], said, "" if said else words)
         for name, (said, values, words) in ODD_READ.items()
     },
 }
@@ -270,58 +182,6 @@ def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, k
     assert again.the_recording().header["unit"] == imported.the_recording().header["unit"]
 
 
-# Lines above a table, behind the unit that the refusal names.
-UNITS_ABOVE = """
-    kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
-    Vertical Units,kPa | mmHg => % unit mmHg | nT => # signals in nT
-    N => # Force [N] | # s;N;N;N;N | # all N | # S1..S4 N | # S1-S4: N
-    grams-force => # values in grams-force
-"""
-# Those that the refusal quotes: units in words, scales, and scales in words.
-QUOTED = """
-    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10} | # values are mV
-    # field in microtesla | # readings in grams force | REM all in mmHg | # scale_factor: 0.001
-    Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88 | # gain: 10 | # calib_slope: 2.2
-    # counts_per_V: 204.8 | # YScale: 0.5 | # values x 10 | # 0.1 mV per count | # scaled by 0.001
-    # readings are 10 * counts | # 1 LSB = 4.88 mV | # supplied by 5 V, with a gain of 2
-    # S1 in mV | # S2..S4: kPa | # channel 1: mV
-    # k: 0.5 | # a1: 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
-"""
-# Names of sensors, behind what the refusal names of the first and all others.
-UNITS_IN_NAMES = """
-    uV => P{} (uV) | mmHg => P{} (mmHg) | gf => P{} (gf) | cmH2O => P{} (cmH2O)
-    N/mm2 => P{} (N/mm2) | % => S{} % | percent => S{}_percent | N => S{}_N | S{} in N
-    cN => S{}, cN | g => S{}/g | uS => S{}_uS | T => S{}_T | G => S{} G | *10 => S{} *10
-    mV_x10 => S{}_mV_x10 | microstrain => S{}_microstrain | l/min => S{} / l/min
-    kPa => pressure kPa {} | in 0.1 mV => S{} in 0.1 mV
-    a scaling => S{}_V_gain10 | S{} x10 (V) | 10*S{}
-"""
-QUOTED_NAMES = "P{}kPa | S{} (kPa) filtered | S{} kPa (raw) | kg_{} | force_N_{}"
-# Names of a time in a unit that is none of the list, and lines above a table, behind the unit and
-# the ticks per second.
-TIME_UNITS = """
-    1/100 s, 100 => Time (1/100 s) | cs, 100 => time_cs | ticks, 1e7 => t [ticks] | ticks
-    0.1 ms, 1e4 => time (0.1 ms) | hundredths, 100 => time_hundredths
-    10 us, 1e5 => time_10 us | time in 10 us | t (10 us) | us_x10, 1e5 => time_us_x10
-    us)/10, 1e5 => time (us)/10 | filetime, 1e7 => filetime | pts, 90000 => pts
-    cs, 100 => # x-axis unit: cs | # column 1: time [cs] | # {"time_unit": "cs"}
-    # first column in cs | 1/256 s, 256 => # time is in 1/256 s
-    10 us, 1e5 => # Time base: 10 us | # time in units of 10 us
-    ticks, 100 => # t: ticks, S1-S4: counts | centiseconds, 100 => # times are centiseconds
-    100 ns, 1e7 => # timestamps in units of 100 ns | 0.1 ms, 1e4 => # time resolution 0.1 ms
-    time_scale: 0.01, 100 => # time_scale: 0.01 | 250 kHz, 250e3 => # timer: 250 kHz
-    clock_hz: 32768, 32768 => # clock_hz: 32768 | timer: 4 us, 250e3 => # timer: 4 us
-    250,000, 250e3 => # ticks_per_s: 250,000
-    a second, 100 => # counted in hundredths of a second
-"""
-# Lines above a table with rates that contradict its times.
-OTHER_RATES = """
-    sampling rate = 20 => # sampling rate = 20 Hz
-    1 / Sampling interval = 5 => # Sampling interval (ms): 200
-    1 / Sample Interval = 5 => Sample Interval,0.2,s | 1 / dt = 5 => # dt_ms: 200
-    fs = 5 => # fs: 5 samples per second | Acquisition rate = 5 => # Acquisition rate = 5.0e0 Hz
-    rate = 5 and another rate = 10 => # rate: 10, 10, 10, 5
-"""
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 ALL_POINTS = grouped(4, german, times=german)
@@ -350,13 +210,13 @@ def unit_in_names(names, unit):
 GERMAN_NAMED = grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)")
 TWICE, ONCE = "# {0}: 1\n# bench: 2\n# bench: 3\n# {0}: 4", (*DECISIVE, "session")
 ASKED = {
-    **rows(UNITS_ABOVE, lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
-    **rows(QUOTED, quoted),
+    **rows("units above", lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
+    **rows("quoted above", quoted),
     "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
-    **rows(UNITS_IN_NAMES, unit_in_names),
-    **rows(QUOTED_NAMES, lambda n, _: Case(named(n), f"says {n.format(1)!r}, and of no", COUNTED)),
+    **rows("units named", unit_in_names),
+    **rows("quoted names", lambda n, _: Case(named(n), f"{n.format(1)!r}, and of no", COUNTED)),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
-    **rows(TIME_UNITS, unknown_unit),
+    **rows("time units", unknown_unit),
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
     **{
@@ -364,13 +224,11 @@ ASKED = {
         for hz in (50, 100, 1024, 1e4, 32_768, 1e5, 1e7)
     },
     "times in minutes": Case(MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"),
-    **rows(OTHER_RATES, lambda line, told: Case(above(line), f"the file states {told}; g", BY_S)),
+    **rows("other rates", lambda line, told: Case(above(line), f"file states {told}; g", BY_S)),
     "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
     "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
     "numbers with points": Case(BY_20, "9.38 (--decimal point) or 9380", POINTS, "", 20 * COUNTS),
-    "decimals that jump": Case(
-        BY_2, "1.002 (--decimal point) or 1002", POINTS, COUNTED, 2 * COUNTS
-    ),
+    "jumping decimals": Case(BY_2, "1.002 (--decimal point) or 1002", POINTS, COUNTED, 2 * COUNTS),
     "jumps with a point": Case(BY_2, "can be mV (--unit mV) or", POINTS, POINT, 2 * COUNTS),
     "and counts": Case(BY_2, "beside 938 is no count", POINTS, f"{POINT} {COUNTED}", 2 * COUNTS),
     "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
@@ -383,7 +241,7 @@ ASKED = {
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
     **{
-        name: Case(ODD / f"{name}.txt", words, remedy, values=values)
+        name: Case(ODD / f"{name}.txt", words, remedy, values=VALUES[values])
         for name, (remedy, values, words) in ODD_READ.items()
         if remedy and words
     },
@@ -392,10 +250,7 @@ ASKED = {
         for call, words in ODD_REFUSED.items()
     },
     # Whatever the reader of recordings takes one value of, the import does.
-    **{
-        key: Case(above(TWICE.format(key)), f"lines 1 and 4 name two values of {key}")
-        for key in ONCE
-    },
+    **{key: Case(above(TWICE.format(key)), f"1 and 4 name two values of {key}") for key in ONCE},
     "broken": Case(f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}", "line 528 does not hold", "", RATED),
 }
 
