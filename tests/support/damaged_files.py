@@ -28,14 +28,14 @@ def write_each_format(folder: Path) -> dict[str, Path]:
     files[".gz"].write_bytes(gzip.compress((ODD / "comma.txt").read_bytes()))
     np.save(files[".npy"], np.vstack([TIME_S, COUNTS]).T)
     np.savez_compressed(files[".npz"], t=TIME_S, V=COUNTS.T)
-    lab.write_matlab_73(files["73.mat"], {"t": TIME_S[:, None], "V": COUNTS.T})
+    lab.write_matlab_73(files["73.mat"], t=TIME_S[:, None], V=COUNTS.T)
     with h5py.File(files[".h5"], "w") as file:
         file.create_dataset("run/readings", data=KILO_OHMS, compression="gzip")
         file["run"].attrs["rate"] = 10.0
     packed = {"readings": {"scale_factor": 0.5, "_FillValue": -1, "dtype": "int16"}}
     readings = xarray.Dataset({"readings": (("time", "sensor"), COUNTS.T)}, {"time": TIME_S})
     readings.to_netcdf(files[".nc"], engine="scipy", encoding=packed)
-    lab.write_workbook(files[".xlsx"], {"Run 1": excel_rows(TIME_S.tolist())})
+    lab.write_workbook(files[".xlsx"], Run=excel_rows(TIME_S.tolist()))
     for plugin in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
         bag = folder / plugin.name.lower()
         lab.write_bag(bag, plugin)

@@ -23,11 +23,11 @@ KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
 STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
 
 
-def write_matlab(path, content):
+def write_matlab(path, **content):
     scipy.io.savemat(path, content)
 
 
-def write_matlab_73(path, arrays):
+def write_matlab_73(path, **arrays):
     """Write HDF5 as MATLAB does: after a block of MATLAB, with transposed arrays and classes."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, array in arrays.items():
@@ -64,7 +64,7 @@ def write_tdms(path, rows, *, group="g", about=None, **properties):
         writer.write_segment([*([nptdms.GroupObject(group, about)] if about else []), *channels])
 
 
-def write_workbook(path, sheets):
+def write_workbook(path, **sheets):
     book = openpyxl.Workbook()
     book.remove(book.active)
     for title, rows in sheets.items():
@@ -176,8 +176,8 @@ def write_examples(folder):
     for name, row in zip(("left", "right", "up", "down"), slow, strict=True):
         lines = [f"{t:.1f},{value:.0f}" for t, value in zip(tens, row, strict=True)]
         (folder / f"{name}.csv").write_text("\n".join(["t,counts", *lines]) + "\n")
-    write_matlab(folder / "run.mat", {"bench": {"t": TIME_S, "R": KILO_OHMS.T}})
-    write_workbook(folder / "lab.xlsx", {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)})
+    write_matlab(folder / "run.mat", bench={"t": TIME_S, "R": KILO_OHMS.T})
+    write_workbook(folder / "lab.xlsx", **{f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)})
     told = {("run/readings", "unit"): "kohm", ("run", "sampling_rate"): 10.0}
     write_hdf(folder / "run.h5", {"run/readings": KILO_OHMS}, told)
     nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)

@@ -54,14 +54,9 @@ def named(name):
     return lambda write: partial(saved, write, name)
 
 
-def of_parts(write, name):
-    """Return what returns a writer of a file of named parts."""
-    return lambda **content: saved(write, name, content)
-
-
 hdf, tdms = named("run.h5")(lab.write_hdf), named("run.tdms")(lab.write_tdms)
-matlab, matlab_73 = of_parts(lab.write_matlab, "run.mat"), of_parts(lab.write_matlab_73, "run.mat")
-sheets = of_parts(lab.write_workbook, "lab.xlsx")
+matlab, matlab_73 = named("run.mat")(lab.write_matlab), named("run.mat")(lab.write_matlab_73)
+sheets = named("lab.xlsx")(lab.write_workbook)
 
 
 @named("run.nc")
@@ -391,11 +386,6 @@ ASKED = {
     "linked in NWB": Case(saved(outside, "a.nwb", "linked"), OUTSIDE, "", RATED_COUNTS),
     "samples outside of a bag": Case(linked_bag(), "outside of this folder; copy it into it"),
     "runs": Case(matlab(**TWO_RUNS), "'run1', 'run2'; name one", "--variable run2", "", COUNTS + 2),
-    "a pickle": Case(
-        saved(TABLE.to_pickle, "a.pkl"), "pandas.read_pickle('a.pkl').to_csv('a.csv')"
-    ),
-    "Parquet": Case(saved(TABLE.to_parquet, "a.pq"), "pandas.read_parquet('a.pq').to_csv('a.csv')"),
-    "JSON": Case(saved(TABLE.to_json, "a.json"), "pandas.read_json('a.json').to_csv('a.csv')"),
     "objects": Case(saved(np.save, "a.npy", np.array([{}], object)), "file cannot be read"),
     "an image": Case(saved(np.save, "run.npy", np.zeros((300, 400))), "file holds no table"),
 }

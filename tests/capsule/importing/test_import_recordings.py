@@ -13,7 +13,7 @@ from capsule.errors import CapsuleError
 from capsule.importing import command
 from capsule.recordings.acceptance import check_recording
 from support.command import run_command
-from support.importing import ODD, assert_readings, import_files, lines, write_table
+from support.importing import ODD, SETTINGS, assert_readings, import_files, lines, write_table
 from support.lab_files import write_hdf
 from support.project import ROOT
 
@@ -22,7 +22,6 @@ pytestmark = pytest.mark.takes(0.1)
 TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 TAKEN = "exists and holds other samples, so it is not overwritten"
-SETTINGS = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture
@@ -98,15 +97,12 @@ def test_a_dry_run_of_an_unlabelled_run_writes_nothing_and_shows_the_guess(tmp_p
     assert "time_unit  s  (a step of 0.1 s is 10 Hz)" in imported.shown
 
 
-def test_an_option_outweighs_the_map_and_a_number_marks_a_missing_sample_in_any_spelling(tmp_path):
-    rows = lines(TIME_S, *COUNTS).splitlines()
-    rows[40] = "3.9,-999,-999.0,-9.99e2,-999"
-    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]))
-    (tmp_path / "my.yaml").write_text("missing: [-999]\nunit: kohm\nsession: monday\n")
-    given = tmp_path / "a.csv", "--map", tmp_path / "my.yaml", "--unit", "ohm"
+def test_an_option_outweighs_the_map_whose_other_keys_hold(tmp_path, good):
+    (tmp_path / "my.yaml").write_text(f"missing: [{COUNTS[0, 0]:g}]\nunit: kohm\nsite: wall\n")
+    given = good, "--map", tmp_path / "my.yaml", "--unit", "ohm"
     recording = import_files(tmp_path, *given).the_recording()
-    assert (recording.header["unit"], recording.header["session"]) == ("ohm", "monday")
-    np.testing.assert_array_equal(np.flatnonzero(np.isnan(recording.values).all(axis=0)), [39])
+    assert (recording.header["unit"], recording.header["site"]) == ("ohm", "wall")
+    assert np.isnan(recording.values[:, 0]).all() and not np.isnan(recording.values[:, 1]).any()
 
 
 def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
@@ -174,10 +170,9 @@ def test_runs_are_split_at_gaps_and_where_the_clock_starts_again(tmp_path):
 @pytest.fixture
 def files(tmp_path):
     """Write a file for each sensor, each 0.03 s later."""
-    return [
-        write_table(tmp_path / f"{name}.csv", TIME_S + 0.03 * n, COUNTS[n], head="t,reading")
-        for n, name in enumerate(("left", "right", "up", "down"))
-    ]
+    paths = [tmp_path / f"{name}.csv" for name in ("left", "right", "up", "down")]
+    times = TIME_S + 0.03 * np.arange(4)[:, None]
+    return [write_table(*each, head="t,reading") for each in zip(paths, times, COUNTS, strict=True)]
 
 
 def test_one_file_a_sensor_on_clocks_of_one_run(tmp_path, files):
@@ -254,21 +249,20 @@ def test_a_reader_that_ends_early_does_not_stop_the_import():
 
 
 @pytest.mark.parametrize(
-    ("path", "told", "written"),
+    ("name", "path", "told", "written"),
     [
-        ("raw/2.5mm/r07.csv", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
-        ("my files/foreign.csv", "--unlabelled", "unlabelled/foreign"),
+        ("2.5mm/r07", "raw/2.5mm/r07.csv", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
+        ("unlabelled/judged", "my files/foreign.csv", "--unlabelled", "unlabelled/foreign"),
     ],
 )
 def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
-    tmp_path, monkeypatch, path, told, written
+    tmp_path, monkeypatch, name, path, told, written
 ):
     monkeypatch.chdir(tmp_path)
     (tmp_path / path).parent.mkdir(parents=True)
-    content = lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4", sign=";").encode()
-    (tmp_path / path).write_bytes(content)
-    name, judged = ("2.5mm/r07", "") if path.startswith("raw") else ("unlabelled/judged", path)
-    check, *_ = check_recording(name, content, 10**6, SETTINGS, judged)
+    (tmp_path / path).write_text(lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4", sign=";"))
+    judged = "" if path == f"raw/{name}.csv" else path
+    check, *_ = check_recording(name, (tmp_path / path).read_bytes(), 10**6, SETTINGS, judged)
     words = shlex.split(check["reason"].partition("; if another program wrote it: ")[2])
     assert words == ["capsule", "import", path, *told.split(), "--dry-run"]
     assert run_command(*words[1:-1]) == 0 and (tmp_path / f"raw/{written}.csv").exists()
@@ -278,11 +272,9 @@ def test_no_character_of_a_file_moves_the_cursor(tmp_path):
     clear = "\x1b[2J"
     told = {(f"run{clear}", "rate"): 10.0}
     write_hdf(tmp_path / "a.h5", {f"run{clear}/readings": COUNTS}, told)
-    write_table(tmp_path / "c.csv", TIME_S, *COUNTS, head=f"time,a (V{clear}),b,c,d")
-    for name, shown in (
-        ("a.h5", r"variable  run\x1b[2J"),
-        ("c.csv", r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"),
-    ):
-        imported = import_files(tmp_path, tmp_path / name)
-        assert shown in imported.shown + imported.refused
-        assert clear not in imported.shown + imported.refused
+    table = write_table(tmp_path / "c.csv", TIME_S, *COUNTS, head=f"time,a (V{clear}),b,c,d")
+    imported = import_files(tmp_path, tmp_path / "a.h5", table)
+    assert clear not in imported.shown + imported.refused
+    assert r"variable  run\x1b[2J" in imported.shown
+    told = r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"
+    assert told in imported.refused

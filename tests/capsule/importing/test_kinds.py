@@ -103,7 +103,7 @@ VALUES = {
     "volts later": [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)],
     **{
         f"eight without {lost}": np.where(np.isin(range(8), lost), np.nan, EIGHT)
-        for lost in ([0, 7], 2, 3, 5)
+        for lost in ([0, 7], 2, [3, 5], 5)
     },
 }
 ODD_READ = {name: rest for name, *rest in table("odd files read")}
