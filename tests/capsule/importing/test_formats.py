@@ -80,8 +80,7 @@ def nwb(path, *series, **electrical):
         stream.write(file)
 
 
-def series(name="run", data=COUNTS.T, **said):
-    return pynwb.TimeSeries(name=name, data=data, unit="counts", **({"rate": 10.0} | said))
+series = partial(pynwb.TimeSeries, name="run", data=COUNTS.T, unit="counts", rate=10.0)
 
 
 @named("run.xdf")
@@ -131,30 +130,14 @@ def cells_73(folder):
     return path
 
 
-@named("run.xdf")
-def clocked_xdf(path):
-    """Write a stream whose clock the recorder has measured, beside one of another kind."""
-    stream = xdf_stream(1, "c", TIME_S + 5000, COUNTS, list(SENSORS), "counts", offset_s=-4000)
-    lab.write_xdf(path, stream, xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["p"], "kPa"))
-
-
-# A time and a matrix.
+# A time and a matrix; for MATLAB, with what is said beside them.
 BOTH = {"t": TIME_S, "V": COUNTS.T}
-
-
-def timed(**said):
-    """Return what writes a matrix and its time for MATLAB, with what is said beside them."""
-    return matlab(**(BOTH | said))
+timed = partial(matlab, **BOTH)
 
 
 def attributed(path, name, value, **arrays):
     """Return what writes a matrix and its time as HDF5, with an attribute."""
     return hdf(BOTH | arrays, {(path, name): value})
-
-
-def limited(lost, key, value):
-    """Return what writes a matrix with a number in place of a lost sample, and what tells so."""
-    return attributed("V", key, value, V=np.nan_to_num(LOST[1], nan=lost).T)
 
 
 def read(file, samples=(TIME_S, COUNTS), options="", words="", **header):
@@ -190,20 +173,25 @@ CHANNEL_SCALES, OFFSETS = np.array([[[1], [2], [1], [0.5]], [[0], [0], [9.0], [0
 PACKED = {("V", "scale_factor"): CHANNEL_SCALES.ravel(), ("V", "add_offset"): OFFSETS.ravel()}
 UNPACKED = (TIME_S, COUNTS * CHANNEL_SCALES + OFFSETS)
 RANGE = {("V", "scale_factor"): 0.01, ("V", "valid_range"): [0.0, 10.23], ("V", "units"): "V"}
-SMALL = {"t": TIME_S, "V": np.nan_to_num(LOST[1], nan=9999).astype("i2").T}
+# Numbers in place of a lost sample, and what tells so.
+FILLED = {number: np.nan_to_num(LOST[1], nan=number).T for number in (9999, -1, -9)}
+SMALL = {"t": TIME_S, "V": FILLED[9999].astype("i2")}
 OF_GROUPS = {("run", "sampling_rate"): 10.0, ("run/S", "unit"): "kOhm", ("/", "started"): AT_NOON}
 OF_GROUPS = hdf({"run/S": KILO_OHMS}, OF_GROUPS)
 TWO_RATES = {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0}
 UNSIGNED = attributed("V", "_Unsigned", "true", V=(COUNTS.T + 33_000).astype("u2").view("i2"))
 GAINS = {"conversion": 0.001, "channel_conversion": CHANNEL_SCALES.ravel().tolist(), "rate": 10.0}
-EACH_SERIES = [series(n, row, starting_time=2.0 * at) for at, (n, row) in enumerate(LATER.items())]
+EACH = [series(name=n, data=row, starting_time=2.0 * t) for t, (n, row) in enumerate(LATER.items())]
 FIRST, STAMPED = [series(rate=None, timestamps=TIME_S + 9) for _ in range(2)]
-ALIKE = series("more", COUNTS.T + 1, rate=None, timestamps=FIRST)
+ALIKE = series(name="more", data=COUNTS.T + 1, rate=None, timestamps=FIRST)
 DATES = [NOON + timedelta(seconds=t) for t in TIME_S]
 DAYS = [timedelta(seconds=86_390 + t) for t in TIME_S]
 PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIME_S.tolist())
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
+# The recorder has measured the clock of a stream; another stream is of another kind.
+AHEAD = xdf_stream(1, "c", TIME_S + 5000, COUNTS, list(SENSORS), "counts", offset_s=-4000)
+PUMP = xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["p"], "kPa")
 FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
@@ -231,7 +219,9 @@ SAID = {
     "NWB with a rate": read(nwb(series()), started=AT_NOON),
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
-    "a stream on the recorder's clock": read(clocked_xdf(), started=AT_NOON),
+    "a stream on the recorder's clock": read(
+        saved(lab.write_xdf, "run.xdf", AHEAD, PUMP), started=AT_NOON
+    ),
     "a bag of ROS 1": read(saved(lab.write_bag, "run.bag"), **FROM_BAG),
     "a bag of ROS 2": read(saved(lab.write_bag, "run", StoragePlugin.MCAP), **FROM_BAG),
     "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
@@ -250,11 +240,14 @@ SAID = {
     "packed": read(netcdf("h5netcdf"), IN_CV),
     "packed before NetCDF 4": read(netcdf("scipy"), IN_CV),
     "packed without a time": read(netcdf("h5netcdf", time=False), IN_CV, "--rate 10"),
-    **{f"{lost} by the {key}": read(limited(lost, key, told), LOST) for key, told, lost in LIMITS},
+    **{
+        f"{lost} by the {key}": read(attributed("V", key, told, V=FILLED[lost]), LOST)
+        for key, told, lost in LIMITS
+    },
     "a range of what packed numbers stand for": read(hdf(SMALL, RANGE), (TIME_S, LOST[1] / 100)),
     "no sign": read(UNSIGNED, (TIME_S, COUNTS + 33_000), "--unit counts --adc-bits 16"),
     "a scale for each channel": read(nwb(**GAINS), (TIME_S, COUNTS / 1000 * CHANNEL_SCALES)),
-    "a series for each sensor": read(nwb(*EACH_SERIES), FROM_6_S),
+    "a series for each sensor": read(nwb(*EACH), FROM_6_S),
     "a time for each sensor in .mat": read(matlab(**OWN), FROM_6_S),
     "a column of times for each sensor": read(matlab(t=COLUMNS.T, V=COUNTS.T), COLUMNS_READ),
     "starts of TDMS": read(tdms(LATER, **STARTS_TDMS, **APART), FROM_6_S),
