@@ -116,25 +116,6 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     assert path.read_bytes() == written
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("unti: V", "unti: there is no such key; did you mean unit?"),
-        ("rate: fast", "rate: 'fast' is not allowed; must be a number, more than 0, at most"),
-        ("sensors: S1", "'S1' is not allowed; must be a list of at least 1, each text"),
-        ("sensors: [1, 2]", "sensors: [1, 2] names 2 columns, but recording.sensors of the"),
-        ("date_order: day_first\ntime_unit: s", "'day_first' needs dates, but time_unit is s;"),
-        ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file into runs, but each file"),
-    ],
-)
-def test_a_map_that_is_wrong_is_told_with_key_value_and_what_is_allowed(tmp_path, content, words):
-    path = tmp_path / "lab.yaml"
-    path.write_text(content)
-    with pytest.raises(CapsuleError) as fault:
-        import_files(tmp_path, ODD / "comma.txt", "--map", path)
-    assert words in str(fault.value) and str(path) in str(fault.value)
-
-
 def test_runs_are_split_where_a_column_changes_and_written_whole_or_not_at_all(tmp_path):
     values, trials = COUNTS.copy(), np.repeat([1, 2, 1], [70, 60, 70])
     values[1, 150] = np.nan

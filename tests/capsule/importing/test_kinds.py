@@ -12,6 +12,7 @@ from itertools import cycle
 import numpy as np
 import pytest
 
+from capsule.errors import CapsuleError
 from capsule.importing.table import is_far, lone_runs
 from capsule.recordings.recording import DECISIVE, Recording, format_recording, read_recording
 from support.importing import ODD, Case, import_files, lines, write_table
@@ -36,13 +37,14 @@ def rows(section, case):
     for each in re.split(r"\s+\|\s+|\n", TEXTS[section]):
         before, arrow, entry = each.rpartition("=> ")
         words = before.strip() if arrow else words
-        made[entry] = case(entry, words)
+        made[entry] = case(entry.replace("\\n", "\n"), words)
     return made
 
 
 def table(section):
     """Return the rows of a section of kinds.txt, each with the text of its cells."""
-    return [[cell.strip() for cell in row.split("|")] for row in TEXTS[section].splitlines()]
+    lines = TEXTS[section].splitlines()
+    return [[cell.strip().replace("\\n", "\n") for cell in row.split("|")] for row in lines]
 
 
 def good(text, values=COUNTS, options="", words="", **more):
@@ -134,8 +136,6 @@ READ = {
     **rows("read rates", lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
     **rows("read names in mV", lambda names, _: good(named(names), MILLI)),
     **rows("read above in mV", lambda line, _: good(above(line), MILLI)),
-    "two words for one unit": good(above("# unit: mV\n# Units: millivolts"), MILLI),
-    "unit of each sensor": good(above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"), MILLI),
     "row of units": good(lines(TIME_S, *COUNTS, head=UNITS_ROW), MILLI),
     **{
         f"{how}": good(timed(f"t ({unit})", wrapped(*how)), words="jumps by")
@@ -212,7 +212,6 @@ TWICE, ONCE = "# {0}: 1\n# bench: 2\n# bench: 3\n# {0}: 4", (*DECISIVE, "session
 ASKED = {
     **rows("units above", lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
     **rows("quoted above", quoted),
-    "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
     **rows("units named", unit_in_names),
     **rows("quoted names", lambda n, _: Case(named(n), f"{n.format(1)!r}, and of no", COUNTED)),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
@@ -280,32 +279,25 @@ def test_nothing_is_named_in_the_recordings_of_the_archive():
         assert not lone_runs(values) and not is_far(values).all(), path
 
 
-STARTED, NO_DATE = "# started: {0:%Y-%m-%dT%H:%M:%S}Z\n", "which is no date such as"
-
-
-@pytest.mark.parametrize(
-    ("heads", "told"),
-    [
-        ([STARTED], ""),
-        (["# Start Time: {0:%Y-%m-%d %H:%M:%S}\n"], ""),
-        (["# t0 = {0:%S} s\n"], ""),
-        (["# Date: {0:%Y-%m-%d}\n# Time: {0:%H:%M:%S}\n"], "'Date: 2024-05-06; Time: 12:00:00'"),
-        (["# started: {0:%d.%m.%Y %H:%M:%S}\n"], f"'06.05.2024 12:00:00', {NO_DATE}"),
-        (["# delay: {0:%S} s\n"], f"'delay: 00 s', {NO_DATE}"),
-        (["# recording started at {0:%H:%M:%S}\n"], "'recording started at 12:00:00', which"),
-        ([STARTED, "", STARTED, STARTED], "'2024-05-06T12:00:00Z', but sensor 2 names none"),
-        ([""], "note: no file says when it began, so all are taken to begin at the same"),
-    ],
-)
+@pytest.mark.parametrize(("heads", "told"), table("starts"))
 def test_the_start_of_each_sensor_is_read_or_quoted(tmp_path, heads, told):
     files = [tmp_path / f"{n}.csv" for n in range(4)]
-    for n, (path, head) in enumerate(zip(files, cycle(heads))):
-        head = head.format(NOON + timedelta(seconds=2 * n)) + "time_s,reading"
+    for n, (path, head) in enumerate(zip(files, cycle(heads.split(" & ")))):
+        head = head.format(NOON + timedelta(seconds=2 * n)) + "\ntime_s,reading"
         path.write_text(lines(TIME_S[:465], COUNTS[n, 20 * n :][:465], head=head))
     imported = import_files(tmp_path, *files, "--per-sensor", "--name", "r")
     if not told:
         np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 60:465])
     assert told in imported.refused.partition("sensor 1 names its start, ")[2] + imported.shown
+
+
+@pytest.mark.parametrize(("content", "words"), table("maps refused"))
+def test_a_map_that_is_wrong_is_told_with_key_value_and_what_is_allowed(tmp_path, content, words):
+    path = tmp_path / "lab.yaml"
+    path.write_text(content)
+    with pytest.raises(CapsuleError) as fault:
+        import_files(tmp_path, ODD / "comma.txt", "--map", path)
+    assert words in str(fault.value) and str(path) in str(fault.value)
 
 
 def test_many_files_are_one_table_and_each_note_is_told_once(tmp_path):
