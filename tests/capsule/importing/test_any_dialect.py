@@ -39,8 +39,8 @@ def written(dialect, rows, lost):
     sign, digits, at = SIGNS[dialect["delimiter"]], dialect["digits"], dialect["time_at"]
     unit, scale = ("V", 5 / 1024) if digits else ("counts", 1)
     rounded = [[float(f"{each * scale:.{digits}f}") for each in row] for row in np.array(rows).T]
-    is_lost, time_s = np.isin(np.arange(len(rows)), [*lost]), np.arange(len(rows)) / 10
-    values = np.where(is_lost, np.nan, rounded)
+    time_s = np.arange(len(rows)) / 10
+    values = np.where(np.isin(range(len(rows)), [*lost]), np.nan, rounded)
 
     def column(name, unit, numbers, digits):
         texts = [f"{number:.{digits}f}" for number in numbers]
@@ -51,10 +51,8 @@ def written(dialect, rows, lost):
         return [*heads[dialect["names"]], *(text.replace("nan", blank) for text in texts)]
 
     table = [column(f"S{n}", unit, row, digits) for n, row in enumerate(values, start=1)]
-    per_second = PER_SECOND[dialect["time_unit"]]
-    table.insert(
-        at, column("time", dialect["time_unit"], time_s * per_second, int(per_second == 1))
-    )
+    times = time_s * PER_SECOND[dialect["time_unit"]]
+    table.insert(at, column("time", dialect["time_unit"], times, int(times[1] < 1)))
     quote = '"' if dialect["quoted"] else ""
     text = [sign.join(f"{quote}{cell}{quote}" for cell in row) for row in zip(*table, strict=True)]
     content = dialect["end"].join(text) + dialect["end"] * dialect["last_end"]

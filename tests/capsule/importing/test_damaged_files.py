@@ -82,13 +82,8 @@ def test_a_package_that_crashes_or_takes_too_much_does_not_end_the_import(
     tmp_path, whole, monkeypatch, kind
 ):
     act, told = AT_A_FILE[kind]
-
-    def load(*_, **__):
-        # Otherwise pytest shows where, and that looks like a crash of the tests.
-        faulthandler.disable()
-        act()
-
-    monkeypatch.setattr(np, "load", load)
+    # Otherwise pytest shows where, and that looks like a crash of the tests.
+    monkeypatch.setattr(np, "load", lambda *_, **__: [faulthandler.disable(), act()])
     if kind == "no end":
         monkeypatch.setattr(reading_apart, "_SECONDS", 1)
     imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
@@ -118,26 +113,22 @@ def test_a_file_of_a_run_may_take_five_seconds_at_most_and_no_limit_is_raised(mo
     assert not limits
 
 
-def bombs(folder):
-    """Write small files that unpack to very much, or are slow to look through."""
-    (folder / "text.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 51)
-    scipy.io.savemat(folder / "a.mat", {"V": np.zeros((3_000_000, 5))}, do_compression=True)
-    with h5py.File(folder / "a.h5", "w") as file:
+def test_a_small_file_that_holds_very_much_is_refused_before_it_is_unpacked(tmp_path):
+    (tmp_path / "text.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 51)
+    scipy.io.savemat(tmp_path / "a.mat", {"V": np.zeros((3_000_000, 5))}, do_compression=True)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
         for number in range(10):
             file.create_dataset(f"V{number}", (2_000_000,), "f8", chunks=(1000,))
-    with zipfile.ZipFile(folder / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as packed:
+    with zipfile.ZipFile(tmp_path / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("xl/workbook.xml", bytes(101_000_000))
     book = openpyxl.Workbook()
     book.active.cell(1_048_576, 5).value = 1
-    book.save(folder / "tall.xlsx")
-    (folder / "lines.txt").write_bytes((b"a b " * 20_000 + b":\n") * 4)
-    with (folder / "a.npy").open("wb") as stream:
+    book.save(tmp_path / "tall.xlsx")
+    # It is slow to look through.
+    (tmp_path / "lines.txt").write_bytes((b"a b " * 20_000 + b":\n") * 4)
+    with (tmp_path / "a.npy").open("wb") as stream:
         head = {"descr": "<f8", "fortran_order": False, "shape": (10**10, 5)}
         np.lib.format.write_array_header_1_0(stream, head)
-
-
-def test_a_small_file_that_holds_very_much_is_refused_before_it_is_unpacked(tmp_path):
-    bombs(tmp_path)
     too_large = "unpacked, it is larger than 100 MB, too large for one"
     reasons = dict.fromkeys(["a.h5", "a.mat", "a.xlsx", "text.csv.gz"], too_large) | {
         "a.npy": "Unable to allocate 373. GiB",
