@@ -10,7 +10,9 @@ import ezdxf
 import numpy as np
 import pytest
 import trimesh
+from ezdxf.fonts.ttfonts import PathPen
 from ezdxf.path import make_path
+from fontTools.svgLib.path import parse_path
 
 from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
@@ -41,7 +43,7 @@ def meshes(made):
 
 
 def read_3mf(path):
-    """Return name, vertices in mm, and triangles of each object of a 3MF."""
+    """Return the mesh of each object of a 3MF by its name, in mm."""
     with zipfile.ZipFile(path) as package:
         model = ElementTree.fromstring(package.read("3D/3dmodel.model"))
     assert model.get("unit") == "millimeter"
@@ -52,45 +54,31 @@ def read_3mf(path):
     def numbers(body, kind, keys):
         return np.array([[*map(each.get, keys)] for each in body.iter(MODEL + kind)], dtype=float)
 
-    corners = ("v1", "v2", "v3")
-    return [
-        (body.get("name"), numbers(body, "vertex", "xyz"), numbers(body, "triangle", corners))
-        for body in bodies
-    ]
+    def mesh(body):
+        triangles = numbers(body, "triangle", ["v1", "v2", "v3"])
+        return trimesh.Trimesh(numbers(body, "vertex", "xyz"), triangles)
+
+    return {body.get("name"): mesh(body) for body in bodies}
 
 
-def read_svg(path):
-    """Return the outlines of an SVG by layer as polygons, in mm, with y upwards."""
-    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-    width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
-    # One unit of the picture is one millimetre.
-    assert [float(each) for each in root.get("viewBox").split()] == [0, 0, width, height]
-    layers = {}
-    for group in root.iter(f"{SVG}g"):
-        (path_element,) = group
-        closed = [part for part in path_element.get("d").split("Z") if part.strip()]
-        layers[group.get("id")] = [corners_of(part) * [1, -1] + [0, height] for part in closed]
-    return layers
-
-
-def corners_of(data):
-    """Return the corners of a path's lines, and points on its arcs."""
-    points = []
-    for kind, words in re.findall(r"([MLA])([^MLA]*)", data):
-        *arc, end = words.split()
-        end = complex(*map(float, end.split(",")))
-        if kind == "A" and end != points[-1]:
-            radius, large, sweep = float(arc[0]), arc[3] == "1", arc[4] == "1"
-            half = np.arcsin(min(abs(end - points[-1]) / 2 / radius, 1.0))
-            turn = (2 * np.pi - 2 * half if large else 2 * half) * (1 if sweep else -1)
-            # The centre, around which the start turns to the end.
-            centre = (end - points[-1] * np.exp(1j * turn)) / (1 - np.exp(1j * turn))
-            steps = np.exp(1j * turn * np.arange(1, 64) / 64)
-            points += list(centre + (points[-1] - centre) * steps)
-        points.append(end)
-    # The last point closes the path.
-    points = np.array(points[:-1] if points[0] == points[-1] else points)
-    return np.column_stack([points.real, points.imag])
+def outlines(path, layer="CUT"):
+    """Return a layer's outlines of a DXF or SVG as closed polygons, in mm, with y upwards."""
+    height, upwards = 0.0, 1
+    if path.suffix == ".dxf":
+        polylines = ezdxf.readfile(path).modelspace().query(f"POLYLINE[layer=='{layer}']")
+        assert all(each.is_closed for each in polylines)
+        paths = map(make_path, polylines)
+    else:
+        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+        width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
+        # One unit of the picture is one millimetre.
+        assert [float(each) for each in root.get("viewBox").split()] == [0, 0, width, height]
+        (drawn,), upwards = root.find(f"{SVG}g[@id='{layer}']"), -1
+        parse_path(drawn.get("d"), pen := PathPen(None))
+        paths = pen.path.to_path().sub_paths()
+    # The last point closes a path.
+    lines = ([(point.x, point.y) for point in each.flattening(1e-4)][:-1] for each in paths)
+    return [np.array(each) * [1, upwards] + [0, height] for each in lines]
 
 
 def edges_of(outlines):
@@ -112,33 +100,13 @@ def clearance(points, edges):
     return np.linalg.norm(beside, axis=-1).min(axis=-1)
 
 
-def flattened(path, layer="CUT"):
-    """Return a DXF's closed outlines as polygons, each with the radii of its arcs."""
-    polylines = ezdxf.readfile(path).modelspace().query(f"POLYLINE[layer=='{layer}']")
-    assert all(each.is_closed for each in polylines)
-    return [
-        (
-            np.array([(point.x, point.y) for point in make_path(each).flattening(1e-4)])[:-1],
-            [part.dxf.radius for part in each.virtual_entities() if part.dxftype() == "ARC"],
-        )
-        for each in polylines
-    ]
-
-
-def outlines(path):
-    """Return the outlines to cut from a DXF or SVG file."""
-    if path.suffix == ".svg":
-        return read_svg(path)["CUT"]
-    return [each for each, _ in flattened(path)]
-
-
 @pytest.mark.parametrize("kind", ["stl", "3mf", "dxf", "svg"])
 def test_angles_and_corners_are_the_papers_in_every_file(made, meshes, kind):
     path = made / f"substructure.{kind}"
     if kind in ("dxf", "svg"):
         edges = edges_of(outlines(path))
     else:
-        mesh = meshes["substructure"] if kind == "stl" else trimesh.Trimesh(*read_3mf(path)[0][1:])
+        mesh = meshes["substructure"] if kind == "stl" else read_3mf(path)["substructure"]
         edges = section(mesh, 2.5)
     low, high = edges.min(axis=(0, 1)), edges.max(axis=(0, 1))
     assert high[1] - low[1] == pytest.approx(20.0, abs=0.01)
@@ -179,10 +147,9 @@ def test_every_mesh_is_sound_printable_and_the_same_in_both_files(made, meshes, 
         downwards = -normals[mesh.triangles[:, :, 2].max(axis=1) > 1e-6, 2]
         overhang = np.degrees(np.arcsin(np.clip(downwards, 0, 1)).max())
         assert overhang <= (20.0 if name.startswith("cam-") else 45.0), name
-        read = read_3mf(made / f"{name}.3mf")
-        assert sum(len(faces) for _, _, faces in read) == len(mesh.faces)
-        total = sum(trimesh.Trimesh(*body).volume for _, *body in read)
-        assert total == pytest.approx(mesh.volume, rel=1e-4)
+        read = read_3mf(made / f"{name}.3mf").values()
+        assert sum(len(each.faces) for each in read) == len(mesh.faces)
+        assert sum(each.volume for each in read) == pytest.approx(mesh.volume, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", [*PRISMS, "follower", "platform"])
@@ -203,18 +170,21 @@ def test_outlines_reopen_at_true_size_and_a_prisms_volume_is_area_times_height(m
 
 def test_the_assembly_is_four_sensors_at_a_pitch(made):
     read = read_3mf(made / "assembly.3mf")
-    assert [name for name, _, _ in read] == [f"assembly {n}" for n in (1, 2, 3, 4)]
-    heads = np.array([vertices[:, 0].max() for _, vertices, _ in read])
+    assert list(read) == [f"assembly {n}" for n in (1, 2, 3, 4)]
+    heads = [mesh.bounds[1, 0] for mesh in read.values()]
     np.testing.assert_allclose(-np.diff(heads), 6.2713, atol=1e-3)
 
 
 def test_a_laser_engraves_the_platforms_scale_and_cuts_the_end_plates_rounds_as_arcs(made):
-    platform = read_svg(made / "platform.svg")
-    assert len(flattened(made / "platform.dxf", "ENGRAVE")) == len(platform["ENGRAVE"]) > 161
-    assert len(platform["CUT"]) == 1
-    arcs = [radii for _, radii in flattened(made / "end-plate.dxf") if radii]
-    # Two bearings, the motor's shaft and its two screws.
-    np.testing.assert_allclose(arcs, np.array([[9.6, 9.6, 5.0, 2.1, 2.1]] * 2).T, atol=1e-6)
+    files = made / "platform.dxf", made / "platform.svg"
+    marks, again = (len(outlines(each, "ENGRAVE")) for each in files)
+    assert marks == again > 161
+    assert [len(outlines(each)) for each in files] == [1, 1]
+    lines = ezdxf.readfile(made / "end-plate.dxf").modelspace().query("POLYLINE")
+    parts = [part for each in lines for part in each.virtual_entities()]
+    radii = [part.dxf.radius for part in parts if part.dxftype() == "ARC"]
+    # Two arcs each: two bearings, the motor's shaft and its two screws.
+    assert radii == pytest.approx(np.repeat([9.6, 9.6, 5.0, 2.1, 2.1], 2), abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -264,8 +234,11 @@ FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)
 TURNS = np.radians(np.arange(0, 360, 15))
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_every_follower_moves_as_a_sine_of_the_amplitude(meshes, side):
+# Both shafts are the same sine and turn the same way. With their rods' flats alike, the right one
+# runs half a turn ahead: what moves the left followers to the right moves the right ones to the
+# left, and the walls mirror.
+@pytest.mark.parametrize(("side", "flat_deg"), [("left", 0.0), ("right", 180.0)])
+def test_every_follower_moves_as_a_sine_from_the_flat_of_its_shaft(meshes, side, flat_deg):
     edges = [section(meshes[f"cam-{side}"], level + 1e-3) for level in FOLLOWERS_MM]
     across = [each.reshape(-1, 2) @ np.array([np.cos(TURNS), -np.sin(TURNS)]) for each in edges]
     low, high = (np.array([end(each, axis=0) for each in across]) for end in (np.min, np.max))
@@ -277,18 +250,10 @@ def test_every_follower_moves_as_a_sine_of_the_amplitude(meshes, side):
     np.testing.assert_allclose(amplitude, 3.5, atol=0.02)
     # The window is as wide as the cam, plus its play, whatever the angle.
     np.testing.assert_allclose(high - low, 18.0, atol=0.02)
-
-
-def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mirror(meshes):
-    # Both shafts are the same sine and turn the same way. With their rods' flats alike, the right
-    # one runs half a turn ahead: what moves the left followers to the right moves the right ones
-    # to the left.
-    for side, angle in (("left", 0.0), ("right", 180.0)):
-        edges = section(meshes[f"cam-{side}"], FOLLOWERS_MM[0] + 1e-3)
-        bore = edges[(np.linalg.norm(edges, axis=2) < 3.2).all(axis=1)].mean(axis=1)
-        # The flat is where the bore comes nearest to the axis.
-        x, y = min(bore, key=np.linalg.norm)
-        assert abs(np.degrees(np.arctan2(y, x))) == pytest.approx(angle, abs=1.0)
+    bore = edges[0][(np.linalg.norm(edges[0], axis=2) < 3.2).all(axis=1)].mean(axis=1)
+    # The flat is where the bore comes nearest to the axis.
+    x, y = min(bore, key=np.linalg.norm)
+    assert abs(np.degrees(np.arctan2(y, x))) == pytest.approx(flat_deg, abs=1.0)
 
 
 @pytest.mark.parametrize("turn_deg", [0, 40, 90, 180, 270, 300])
