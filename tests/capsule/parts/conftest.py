@@ -1,6 +1,7 @@
 """All parts, made once; leave out tests of them that cannot run here."""
 
 import importlib.util
+import json
 
 import pytest
 
@@ -16,3 +17,8 @@ collect_ignore = [] if importlib.util.find_spec("OCP") else ["test_step_files.py
 def made(tmp_path_factory):
     """Return the folder of all parts, which all processes of a test run share."""
     return built_once(tmp_path_factory, "parts", lambda out: run_command("parts", "--out", out))
+
+
+@pytest.fixture(scope="module")
+def listed(made):
+    return json.loads((made / "parts.json").read_text(encoding="utf-8"))

@@ -154,8 +154,3 @@ def test_random_dimensions_give_a_valid_capsule_or_name_the_limit(changes):
 def test_random_dimensions_give_a_valid_bench_or_name_the_limit(changes):
     for part in all_parts(design_or_limit(changes)):
         is_sound(part)
-
-
-def test_halves_of_the_loop_in_parallel_give_the_plastic_four_times_the_resistivity():
-    ratio = designed("choice.current=halves").resistivity_ohm_m / designed().resistivity_ohm_m
-    assert ratio == pytest.approx(4.0, rel=0.05)

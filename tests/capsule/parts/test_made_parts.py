@@ -1,7 +1,6 @@
 """Readers that share no code with the writers measure the files of the parts."""
 
 import csv
-import json
 import re
 import zipfile
 from xml.etree import ElementTree
@@ -30,11 +29,6 @@ PRISMS = {"substructure": 5.0, **{f"coupon-{name}": 5.0 for name in COUPONS}}
 PRISMS |= {"slide": 4.0, "end-plate": 6.0}
 SVG = "{http://www.w3.org/2000/svg}"
 MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
-
-
-@pytest.fixture(scope="module")
-def listed(made):
-    return json.loads((made / "parts.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")

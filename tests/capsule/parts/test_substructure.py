@@ -87,8 +87,11 @@ def test_a_loops_wires_sit_at_both_sides_of_its_cut_and_halves_have_one_in_each(
     np.testing.assert_allclose(unit.cut_lines(shape, CHOICES), [[[tail, 0.0], [tail + 0.5, 0.0]]])
     wires = [[tail + 0.25, 1.0], [tail + 0.25, -1.0]]
     np.testing.assert_allclose(unit.wire_positions(shape, CHOICES), wires)
-    apart = np.diff(unit.wire_positions(shape, replace(CHOICES, current="halves")), axis=0)
+    halves = read_design(["choice.current=halves"])
+    apart = np.diff(unit.wire_positions(shape, halves.parts.choice), axis=0)
     np.testing.assert_allclose(np.abs(apart), [[5.5213, 0.0]], atol=1e-3)
+    # The halves are in parallel, so the plastic needs four times the resistivity.
+    assert halves.resistivity_ohm_m / DESIGN.resistivity_ohm_m == pytest.approx(4.0, rel=0.05)
 
 
 def test_the_cam_turns_once_in_a_wave_and_belts_fit_their_shafts():
