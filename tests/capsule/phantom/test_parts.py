@@ -14,6 +14,7 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
 from capsule.phantom.sensor import Sensors, base_line_jumps, counts
 from capsule.phantom.wall import cam_time, crest_shape, roughness, wave_height, wave_train
+from capsule.seeding import generator
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 ADVANCE, CONTACT, WALL, SEAT = PHANTOM.advance, PHANTOM.contact, PHANTOM.wall, PHANTOM.seat
@@ -49,9 +50,8 @@ def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_
 def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
     slips_mm = np.where(np.isin(np.arange(10), [2, 6]), 0.7, 0.0)
     seat, wave = replace(SEAT, reseat_spread=0.3), np.arange(1000) // 100
-    many = [
-        touch.reseated_strength(seat, default_rng(run), 4, slips_mm, wave) for run in range(500)
-    ]
+    rngs = map(default_rng, range(500))
+    many = [touch.reseated_strength(seat, rng, 4, slips_mm, wave) for rng in rngs]
     for row in many[0]:
         np.testing.assert_array_equal(np.flatnonzero(np.diff(row)) + 1, [300, 700])
     assert np.std(np.log(many)) == pytest.approx(0.3, rel=0.05)
@@ -59,22 +59,16 @@ def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
 
 def drawn_strokes(seed, carried, **changes):
     """Draw the strokes of the waves that are carried; each subject has its own numbers."""
-    subject, advance = (
-        (lambda name: default_rng([seed, *name.encode()])),
-        replace(ADVANCE, **changes),
-    )
-    return draw_strokes(advance, PHANTOM.folding, subject, PERIOD_S, np.array(carried, dtype=bool))
+    advance, carried = replace(ADVANCE, **changes), np.array(carried, dtype=bool)
+    return draw_strokes(advance, PHANTOM.folding, partial(generator, seed), PERIOD_S, carried)
 
 
 def head_positions(strokes, time_s, steepness=0.0, **changes):
     """Return the way of a head with these strokes, whose first awn climbs a slope."""
-    advance = replace(ADVANCE, **changes)
-
-    def rise(position_mm, stroke_mm):
-        return np.array([steepness * stroke_mm, 0.0, 0.0, 0.0])
-
+    advance, slopes = replace(ADVANCE, **changes), np.array([steepness, 0.0, 0.0, 0.0])
     holds = draw_holds(advance, default_rng(1), 4)
-    return Motion(advance, strokes, holds, PERIOD_S, rise).move(time_s)
+    motion = Motion(advance, strokes, holds, PERIOD_S, lambda _, stroke_mm: slopes * stroke_mm)
+    return motion.move(time_s)
 
 
 @pytest.mark.parametrize("probability", [0.0, 0.6])
@@ -191,22 +185,20 @@ def response(sensor, pressed_mm, rate_hz=10.0):
     """Return the response of each sensor, sample by sample; before the first all was constant."""
     times_s = np.array([sensor.release_s, sensor.lag_s, sensor.creep_s])
     decays = np.exp(-1 / (rate_hz * np.maximum(times_s, 1e-9)))
-    responses = np.zeros_like(pressed_mm)
-    for number, own in enumerate(pressed_mm):
-        near = [pressed_mm[other] for other in (number - 1, number + 1) if 0 <= other < 4]
-        strained = (own + sensor.crosstalk * sum(near)) / sensor.saturation_mm
-        all_felt = sensor.saturation_mm * np.tanh(strained)
-        before = held = quick = slow = all_felt[0]
-        peak, half = 0.0, sensor.hysteresis_mm / 2
-        for at, felt in enumerate(all_felt):
-            held = max(felt - half, min(felt + half, held))
-            peak = decays[0] * peak + sensor.release_peak * max(before - felt, 0.0)
-            load = (1 - sensor.hysteresis) * felt + sensor.hysteresis * held + peak
-            quick = load + decays[1] * (quick - load)
-            slow = load + decays[2] * (slow - load)
-            responses[number, at] = quick + sensor.creep_fraction * (slow - quick)
-            before = felt
-    return responses
+    above, _, below = (np.pad(pressed_mm, ((1, 1), (0, 0)))[at : at + 4] for at in range(3))
+    strained = (pressed_mm + sensor.crosstalk * (above + below)) / sensor.saturation_mm
+    all_felt = sensor.saturation_mm * np.tanh(strained.T)
+    before = held = quick = slow = all_felt[0]
+    peak, half, responses = 0.0, sensor.hysteresis_mm / 2, []
+    for felt in all_felt:
+        held = np.clip(held, felt - half, felt + half)
+        peak = decays[0] * peak + sensor.release_peak * np.maximum(before - felt, 0.0)
+        load = (1 - sensor.hysteresis) * felt + sensor.hysteresis * held + peak
+        quick = load + decays[1] * (quick - load)
+        slow = load + decays[2] * (slow - load)
+        responses.append(quick + sensor.creep_fraction * (slow - quick))
+        before = felt
+    return np.transpose(responses)
 
 
 @pytest.mark.parametrize("changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0}])
