@@ -23,7 +23,8 @@ RANDOM = """wall.unevenness_mm contact.series_offset_mm contact.height_offset_mm
     contact.coupling_spread contact.wander_mm advance.speed_spread advance.stroke_spread
     advance.stick_probability advance.catch_probability sensor.settling sensor.drift_per_s
     sensor.noise"""
-QUIET = with_values(PHANTOM, dict.fromkeys(RANDOM.split(), 0.0))
+STILL = dict.fromkeys(RANDOM.split(), 0.0)
+QUIET = with_values(PHANTOM, STILL)
 
 
 def test_same_seed_and_bench_same_bytes_whatever_else_is_made(tmp_path):
@@ -136,12 +137,9 @@ def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for():
 
 
 def test_each_nodule_holds_the_capsule_for_itself():
-    even = dict.fromkeys(["advance.stroke_spread", "advance.stick_probability"], 0.0)
-    even |= {"contact.series_offset_mm": 0.0, "contact.height_offset_mm": 0.0}
-
     def waits(*places_mm):
         nodules = [Nodule(at_mm, 5) for at_mm in places_mm]
-        head_mm = journey_over(nodules, even | {"advance.catch_probability": 1.0}).press(6000)
+        head_mm = journey_over(nodules, STILL | {"advance.catch_probability": 1.0}).press(6000)
         return [np.count_nonzero(np.abs(head_mm.head_mm - at_mm) < 30) for at_mm in (60, 160)]
 
     free, first, both = waits(), waits(60), waits(60, 160)
