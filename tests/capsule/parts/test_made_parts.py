@@ -12,6 +12,7 @@ import trimesh
 from ezdxf.fonts.ttfonts import PathPen
 from ezdxf.path import make_path
 from fontTools.svgLib.path import parse_path
+from trimesh.intersections import mesh_plane
 
 from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
@@ -27,6 +28,7 @@ CORNERS = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.262
 COUPONS = ["strip", "awn", "glue", "wall-0.40", "wall-0.50", "wall-0.60"]
 PRISMS = {"substructure": 5.0, **{f"coupon-{name}": 5.0 for name in COUPONS}}
 PRISMS |= {"slide": 4.0, "end-plate": 6.0}
+UP = [0, 0, 1]
 SVG = "{http://www.w3.org/2000/svg}"
 MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
@@ -80,11 +82,6 @@ def edges_of(outlines):
     return np.vstack([np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in outlines])
 
 
-def section(mesh, height):
-    """Return the edges of a mesh's section at a height, shape (N, 2, 2)."""
-    return trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2]
-
-
 def clearance(points, edges):
     """Return the distance of each point, of shape (..., 2), from the nearest edge."""
     start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
@@ -101,7 +98,7 @@ def test_angles_and_corners_are_the_papers_in_every_file(made, meshes, kind):
         edges = edges_of(outlines(path))
     else:
         mesh = meshes["substructure"] if kind == "stl" else read_3mf(path)["substructure"]
-        edges = section(mesh, 2.5)
+        edges = mesh_plane(mesh, UP, [0, 0, 2.5])[:, :, :2]
     low, high = edges.min(axis=(0, 1)), edges.max(axis=(0, 1))
     assert high[1] - low[1] == pytest.approx(20.0, abs=0.01)
     # An SVG begins at its corner: the axis is half way up, and the foremost point is left of C.
@@ -233,7 +230,8 @@ TURNS = np.radians(np.arange(0, 360, 15))
 # left, and the walls mirror.
 @pytest.mark.parametrize(("side", "flat_deg"), [("left", 0.0), ("right", 180.0)])
 def test_every_follower_moves_as_a_sine_from_the_flat_of_its_shaft(meshes, side, flat_deg):
-    edges = [section(meshes[f"cam-{side}"], level + 1e-3) for level in FOLLOWERS_MM]
+    cam = meshes[f"cam-{side}"]
+    edges = [mesh_plane(cam, UP, [0, 0, at + 1e-3])[:, :, :2] for at in FOLLOWERS_MM]
     across = [each.reshape(-1, 2) @ np.array([np.cos(TURNS), -np.sin(TURNS)]) for each in edges]
     low, high = (np.array([end(each, axis=0) for each in across]) for end in (np.min, np.max))
     # A follower lies midway between the cam's sides.

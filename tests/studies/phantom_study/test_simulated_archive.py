@@ -28,21 +28,15 @@ PAPER = read_paper_table()
 
 
 @pytest.fixture(scope="module")
-def archive():
-    return simulated_archive.simulate_archive(PHANTOM, 3, 4)
+def made():
+    """Return the runs of an archive, their matrices and their templates."""
+    archive = simulated_archive.simulate_archive(PHANTOM, 3, 4)
+    matrices = simulated_archive.archive_matrices(archive, DETECTOR)
+    return archive, matrices, simulated_archive.learn(matrices, DETECTOR)
 
 
-@pytest.fixture(scope="module")
-def matrices(archive):
-    return simulated_archive.archive_matrices(archive, DETECTOR)
-
-
-@pytest.fixture(scope="module")
-def templates(matrices):
-    return simulated_archive.learn(matrices, DETECTOR)
-
-
-def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices, templates):
+def test_an_archive_is_judged_with_templates_from_its_own_runs(made):
+    archive, matrices, templates = made
     # Every size, thinned by the stride.
     assert [matrix.shape for matrix in matrices.values()] == [(4, 100)] * 6 * 4
     confusion, motion = simulated_archive.simulate_and_judge(PHANTOM, DETECTOR, PAPER, 4, 3)
@@ -52,8 +46,9 @@ def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices
     assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)
 
 
-def test_each_size_is_described_and_the_documentation_shows_what_was(archive, matrices, templates):
-    rows = draw.describe(archive, matrices, templates, PHANTOM)
+def test_each_size_is_described_and_the_documentation_shows_what_was(made):
+    archive, matrices, _ = made
+    rows = draw.describe(*made, PHANTOM)
     assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
     spacings = [row["template_peak_spacing_samples"] for row in rows]
     assert spacings[0] == "" and all("-" in each for each in spacings[1:])
@@ -72,7 +67,8 @@ def test_each_size_is_described_and_the_documentation_shows_what_was(archive, ma
         assert "| " + " | ".join(kept.values()) + " |" in text
 
 
-def test_a_level_multiplies_what_it_is_about_and_a_fault_spoils_one_sensor_of_each_run(archive):
+def test_a_level_multiplies_what_it_is_about_and_a_fault_spoils_one_sensor_of_each_run(made):
+    archive, *_ = made
     doubled = draw.varied(PHANTOM, ["sensor.noise"], 2.0)
     assert value_of(doubled, "sensor.noise") == 2 * value_of(PHANTOM, "sensor.noise")
     for parameters, _ in draw.VARIATIONS.values():

@@ -18,9 +18,7 @@ from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.5)
 
-LOG = ROOT / "workflow/studies/results/phantom-calibration.csv"
 PAPER = read_paper_table()
-KEYS = ("paper", "mean", "low", "high")
 
 
 def test_the_papers_numbers_come_from_one_table_of_120_runs():
@@ -33,8 +31,7 @@ def test_the_papers_numbers_come_from_one_table_of_120_runs():
 
 
 def test_summary_says_whether_the_paper_lies_in_the_central_range():
-    like_the_paper = cells(LIKE_THE_PAPER, PAPER)
-    archives = [like_the_paper | {"exact 5 mm": value} for value in np.arange(20.0, 60.0)]
+    archives = [PAPER.cells | {"exact 5 mm": value} for value in np.arange(20.0, 60.0)]
     rows = {row["cell"]: row for row in summary(archives, PAPER)}
     assert [rows[f"exact {size} mm"]["inside"] for size in (4, 5)] == [True, False]
     assert rows["exact 5 mm"]["low"] == pytest.approx(20.975)
@@ -46,9 +43,10 @@ def test_the_documentation_shows_the_table_that_was_measured():
     rows = read_csv(ROOT / "workflow/studies/results/phantom-table.csv")
     assert [row["cell"] for row in rows] == list(PAPER.cells)
     for row in rows:
-        paper, mean, low, high = (f"{float(row[key]):.1f}" for key in KEYS)
-        inside = "yes" if row["inside"] == "True" else "no"
-        assert f"| {row['cell']} | {paper} | {mean} | {low}-{high} | {inside} |" in text
+        cell, *numbers, inside = row.values()
+        paper, mean, low, high = (f"{float(each):.1f}" for each in numbers)
+        shown = "yes" if inside == "True" else "no"
+        assert f"| {cell} | {paper} | {mean} | {low}-{high} | {shown} |" in text
     difference = np.mean([abs(float(row["mean"]) - float(row["paper"])) for row in rows])
     assert f"differ from the paper by {difference:.1f} points on average" in text
 
@@ -62,7 +60,7 @@ def test_a_logged_trial_can_be_made_again(monkeypatch):
         return {size: [Particle.from_vector(mean)] for size, mean in means.items()}
 
     monkeypatch.setattr(simulated_archive, "by_size", averaged)
-    logged = read_csv(LOG)[0]
+    logged = read_csv(ROOT / "workflow/studies/results/phantom-calibration.csv")[0]
     values = {name: float(logged[name]) for name in logged if "." in name}
     phantom, detector = read_phantom(DEFAULT_TABLE, []), quick(read_detector())
     again = calibrate.try_out(phantom, detector, PAPER, values, int(logged["archive_seed"]))
