@@ -7,7 +7,6 @@ from support.project import ROOT
 
 # The size 0.5 mm has copies of the recordings of 2 mm.
 ORIGINALS = {"0mm": "0mm", "0.5mm": "2mm", "3mm": "3mm"}
-RUNS = ["r01", "r02", "r03", "r04"]
 # These were made at one site.
 TOGETHER = {"0mm/r01": "first", "0mm/r02": "first", "3mm/r01": "second", "3mm/r04": "second"}
 
@@ -15,7 +14,7 @@ TOGETHER = {"0mm/r01": "first", "0mm/r02": "first", "3mm/r01": "second", "3mm/r0
 @pytest.fixture(scope="session")
 def raw(tmp_path_factory):
     folder = tmp_path_factory.mktemp("archive") / "raw"
-    pairs = {f"{size}/{run}": f"{each}/{run}" for size, each in ORIGINALS.items() for run in RUNS}
+    pairs = {f"{size}/r0{n}": f"{each}/r0{n}" for size, each in ORIGINALS.items() for n in "1234"}
     for name, original in (pairs | {"unlabelled/patient": "4mm/r01"}).items():
         text = (ROOT / "raw" / f"{original}.csv").read_text(encoding="utf-8")
         path = folder / f"{name}.csv"

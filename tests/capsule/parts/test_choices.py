@@ -26,7 +26,6 @@ pytestmark = pytest.mark.takes(0.1)
 
 TABLE, PHANTOM = read_parts_table(), read_phantom(DEFAULT_TABLE, [])
 ROWS = dict(entries(TABLE))
-SENSORS = 4
 REFUSAL = re.compile(
     r"^[a-z]+\.[a-z_]+ is .+; (it must be (at least|at most) -?\d|it must be a multiple of|"
     r"allowed (is|are) |.+; (enlarge|reduce) it).*"
@@ -43,24 +42,20 @@ def is_sound(part):
 
 def designed(*changes):
     """Return the design with changed values, without reading the tables again."""
-    design = design_of(TABLE, changes, PHANTOM, SENSORS)
+    design = design_of(TABLE, changes, PHANTOM, sensors=4)
     check_design(design)
     return design
 
 
-@pytest.mark.parametrize(
-    ("change", "pitch_mm"),
-    [
-        ("origami.fold_side=tail", 5.38),
-        ("origami.corners=outside", 5.77),
-        ("origami.tip=curl", 6.27),
-        # 5 (tan 48 - tan 8), a wall and the adhesive.
-        ("origami.fold_angle_deg=40 origami.awn_tilt_deg=8", 5.60),
-    ],
-)
-def test_a_choice_of_form_gives_its_pitch(change, pitch_mm):
+# The last one is 5 (tan 48 - tan 8), a wall and the adhesive.
+PITCHES_MM = {"origami.fold_side=tail": 5.38, "origami.corners=outside": 5.77}
+PITCHES_MM |= {"origami.tip=curl": 6.27, "origami.fold_angle_deg=40 origami.awn_tilt_deg=8": 5.60}
+
+
+@pytest.mark.parametrize("change", PITCHES_MM)
+def test_a_choice_of_form_gives_its_pitch(change):
     sizes = assembly(designed(*change.split())).sizes
-    assert sizes["pitch_mm"] == pytest.approx(pitch_mm, abs=0.005)
+    assert sizes["pitch_mm"] == pytest.approx(PITCHES_MM[change], abs=0.005)
 
 
 # Substructures that stand clear at rest.

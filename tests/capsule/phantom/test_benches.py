@@ -1,7 +1,6 @@
 """The table of parameters, changes to it, and benches: what each may hold, and whence it came."""
 
 import re
-import shlex
 import sys
 from unittest.mock import Mock
 
@@ -113,8 +112,7 @@ def test_the_values_that_ship_are_what_the_search_found(name, tmp_path, monkeypa
     if name:  # As the page prints it.
         command = re.search(r"study_phantom\.py (calibrate (?:.*\\\n)*.*)", PAGE)[1]
     replaced = {"NAME": name, "LOG": str(log), "FOUND": str(output)}
-    words = shlex.split(command.replace("\\\n", " "))
-    arguments = [replaced.get(word, word) for word in words]
+    arguments = [replaced.get(word, word) for word in command.replace("\\\n", " ").split()]
     monkeypatch.setattr(sys, "argv", ["study_phantom.py", *arguments])
     study_phantom.main()
     assert output.read_bytes() == (bench_file(name) if name else DEFAULT_TABLE).read_bytes()

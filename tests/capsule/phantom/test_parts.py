@@ -116,10 +116,6 @@ def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
 # The wave: a clock's sine where nothing is irregular, and each irregularity for itself.
 
 
-def train_of(wave, waves=40):
-    return wave_train(wave, default_rng(1), PERIOD_S, waves)
-
-
 @pytest.mark.parametrize("skew", [-0.9, 0.0, 0.4])
 def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
     wave, angles = replace(SINE, skew=skew), np.linspace(-20, 20, 4001)
@@ -135,8 +131,7 @@ def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
 
 
 def test_periods_jitter_around_the_motors_mean_and_time_never_turns_back():
-    wave = replace(SINE, period_spread=0.3)
-    train = train_of(wave)
+    train = wave_train(replace(SINE, period_spread=0.3), default_rng(1), PERIOD_S, 40)
     periods = np.diff(train.starts_s)
     assert np.log(periods).std() == pytest.approx(0.3, rel=0.3)
     assert periods.mean() == pytest.approx(PERIOD_S)
@@ -148,14 +143,13 @@ def test_periods_jitter_around_the_motors_mean_and_time_never_turns_back():
 
 def test_crests_differ_and_some_are_missing_while_nothing_else_changes():
     wave = replace(SINE, amplitude_spread=0.2, missing_probability=0.25)
-    crests = train_of(wave, 4000).crests
+    waves = SINE, wave, replace(SINE, amplitude_spread=2.0)
+    trains = [wave_train(each, default_rng(1), PERIOD_S, 4000) for each in waves]
+    crests, time_s = trains[1].crests, np.arange(0, 100, 0.05)
     assert np.mean(crests == 0) == pytest.approx(0.25, abs=0.02)
     assert np.log(crests[crests > 0]).std() == pytest.approx(0.2, rel=0.05)
-    time_s, wild = np.arange(0, 100, 0.05), replace(SINE, amplitude_spread=2.0)
-    sine, height, highest = (
-        wave_height(WALL, each, train_of(each, 4000), np.array(0.0), time_s, 0.0)
-        for each in (SINE, wave, wild)
-    )
+    drawn, place = zip(waves, trains, strict=True), np.array(0.0)
+    sine, height, highest = (wave_height(WALL, *each, place, time_s, 0.0) for each in drawn)
     np.testing.assert_array_equal(height[sine <= 0], sine[sine <= 0])
     # At phase 0 crest n passes place 0 at n periods.
     at_crests = [np.argmin(np.abs(time_s - number * PERIOD_S)) for number in range(25)]
@@ -214,7 +208,13 @@ def test_compression_lowers_the_resistance_by_its_response_however_it_is_asked_f
     np.testing.assert_allclose(ohms, sensor.resistance_ohm * share, rtol=1e-9)
 
 
-def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
+def base_line(sensor, rng, samples=500, drift_return_s=0.0):
+    """Return the resistance of sensors that nothing presses, in parts of the usual one."""
+    sensors = Sensors(sensor, rng, (4, samples), 10.0, drift_return_s)
+    return sensors.resistance(np.zeros((4, samples))) / sensor.resistance_ohm
+
+
+def test_jumps_are_as_many_and_as_large_as_is_set_and_jumps_and_drift_return():
     # What returns within a sample leaves the bare jumps.
     set_to = (4, 100_000), 0.02, 0.1
     bare, slow = (base_line_jumps(default_rng(2), *set_to, after_s, 10.0) for after_s in (1e-3, 10))
@@ -228,15 +228,7 @@ def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
     # Each sensor jumps for itself, and jumps that overlap add up.
     assert not (jumped[0] & jumped[1]).all()
     assert slow.std() == pytest.approx(0.1 * math.sqrt(0.02 * 10.0 / 2), rel=0.1)
-
-
-def base_line(sensor, rng, samples=500, drift_return_s=0.0):
-    """Return the resistance of sensors that nothing presses, in parts of the usual one."""
-    sensors = Sensors(sensor, rng, (4, samples), 10.0, drift_return_s)
-    return sensors.resistance(np.zeros((4, samples))) / sensor.resistance_ohm
-
-
-def test_a_drift_that_returns_is_as_large_as_its_time_allows():
+    # A drift that returns is as large as its time allows.
     drift = base_line(replace(SENSOR, drift_per_s=0.002), default_rng(1), 50_000, 5.0)
     assert drift.std() == pytest.approx(0.002 * math.sqrt(5.0 / 2), rel=0.05)
 

@@ -9,7 +9,6 @@ import study_phantom
 import yaml
 from phantom_study import draw, simulated_archive
 from phantom_study.paper_table import read_paper_table
-from phantom_study.simulated_archive import DEFAULT_CONFIG, read_detector
 
 from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -22,7 +21,7 @@ from support.project import ROOT
 pytestmark = pytest.mark.takes(0.2)
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
-SEARCHED = simulated_archive.quick(read_detector())
+SEARCHED = simulated_archive.quick(simulated_archive.read_detector())
 DETECTOR = replace(SEARCHED, fit=SEARCHED.fit | {"particles": 50, "iterations": 50})
 PAPER = read_paper_table()
 
@@ -107,7 +106,7 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     assert len(read_csv(table)) == 22
     monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
     # How good the templates are does not matter here: a hundred fits take as long as all else.
-    settings, config = read_config_file(DEFAULT_CONFIG), tmp_path / "config.yaml"
+    settings, config = read_config_file(simulated_archive.DEFAULT_CONFIG), tmp_path / "config.yaml"
     settings["fit"] |= {"particles": 20, "iterations": 20}
     config.write_text(yaml.safe_dump(settings), encoding="utf-8")
     paths = "--table", table, "--output", tmp_path, "--config", config

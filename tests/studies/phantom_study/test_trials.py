@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from phantom_study import calibrate, simulated_archive
-from phantom_study.calibrate import TrialLog
 from phantom_study.paper_table import cells, distance, mean_difference, read_paper_table, summary
 from phantom_study.simulated_archive import quick, read_detector
 
@@ -81,11 +80,11 @@ def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp
             # Every trial is in the file before the next is asked for.
             assert [int(row["archive_seed"]) for row in read_csv(path)] == asked
 
-    made = TrialLog(path, make).trials("first", CANDIDATES[:2], SEEDS[:2])
-    known = TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
+    made = calibrate.TrialLog(path, make).trials("first", CANDIDATES[:2], SEEDS[:2])
+    known = calibrate.TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
     assert asked == SEEDS
     assert known[:2] == [{name: str(value) for name, value in trial.items()} for trial in made]
-    TrialLog(path, make).trials("second", CANDIDATES, [1, 2, 3])
+    calibrate.TrialLog(path, make).trials("second", CANDIDATES, [1, 2, 3])
     assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
     # Trials of another value, parameter or archive, and fewer trials, are refused.
     before, other = path.read_bytes(), [{"part.size": 9.5}, *CANDIDATES[1:]]
@@ -94,5 +93,5 @@ def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp
         (CANDIDATES[:2], SEEDS[:2]),
     ):  # fmt: skip
         with pytest.raises(CapsuleError, match=r"log\.csv: first has other candidates than this"):
-            TrialLog(path, make).trials("first", candidates, seeds)
+            calibrate.TrialLog(path, make).trials("first", candidates, seeds)
     assert path.read_bytes() == before

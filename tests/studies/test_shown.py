@@ -1,9 +1,10 @@
-"""The numbers of README and manual are those of results/."""
+"""Numbers of README and manual are those of results/, figures of the report those of the design."""
 
 import re
 
 import pytest
 import show_numbers
+from draw_design import figures
 
 from support.documents import documents
 from support.project import ROOT
@@ -41,3 +42,8 @@ def test_the_documents_have_the_numbers_of_the_results(monkeypatch, capsys):
         pytest.skip("make report has not run")
     monkeypatch.setattr("sys.argv", ["show_numbers.py", "--check"])
     assert show_numbers.main() == 0, capsys.readouterr().out
+
+
+def test_the_report_shows_the_figures_of_the_design():
+    folder = ROOT / "workflow" / "report" / "figures"
+    assert {path.stem: path.read_bytes() for path in folder.iterdir()} == figures()
