@@ -93,11 +93,8 @@ def test_a_board_is_known_again_under_another_name(monkeypatch, number):
 def clock(monkeypatch):
     """Return a clock that advances as the program sleeps."""
     now = SimpleNamespace(s=100.0)
-
-    def sleep(seconds):
-        now.s += seconds
-
-    monkeypatch.setattr(board, "time", SimpleNamespace(monotonic=lambda: now.s, sleep=sleep))
+    time = {"monotonic": lambda: now.s, "sleep": lambda s: vars(now).update(s=now.s + s)}
+    monkeypatch.setattr(board, "time", SimpleNamespace(**time))
     return now
 
 
@@ -112,10 +109,9 @@ def plug(monkeypatch, clock):
             if isinstance(behind[name], AcquisitionError):
                 raise behind[name]
             port = opened[name] = FakeLine(name, baud)
-            if isinstance(behind[name], bytes):
-                port.first_bytes = behind[name]
-            else:
-                port.frames = [identity_of(behind[name])]
+            is_board = isinstance(behind[name], str)
+            port.frames = [identity_of(behind[name])] if is_board else []
+            port.first_bytes = b"" if is_board else behind[name]
             return port
 
         monkeypatch.setattr(board.list_ports, "comports", lambda: [*map(usb_port, behind), *others])
@@ -125,13 +121,9 @@ def plug(monkeypatch, clock):
     return plug
 
 
-def find(skip=()):
-    return board.connect(None, 115200, "logger", print, skip)
-
-
 def test_a_board_is_found_without_a_question_or_asked_after_three_seconds(plug, clock, monkeypatch):
     opened = plug(usb_port("A", ids=(None, None)), C="peristalsis", B="logger", D="logger")
-    assert find(skip=["D"]).port == "B"
+    assert board.connect(None, 115200, "logger", print, skip=["D"]).port == "B"
     # Neither the built-in port nor the one to be left alone.
     told = {name: (port.closed, port.sent) for name, port in opened.items()}
     assert told == {"B": (False, []), "C": (True, [])}
@@ -144,7 +136,7 @@ def test_a_board_is_found_without_a_question_or_asked_after_three_seconds(plug, 
     monkeypatch.setattr(FakeLine, "send", answer)
     # What sends other text than frames is no board of this bench.
     plug(A=b"", B=b"temperature: 21.5 degrees\r\n")
-    assert find().port == "A"
+    assert board.connect(None, 115200, "logger", print).port == "A"
     assert asked == [("A", "identify", True)]
 
 
@@ -161,7 +153,7 @@ def test_a_board_is_found_without_a_question_or_asked_after_three_seconds(plug, 
 def test_a_search_without_one_board_says_what_each_port_answered(plug, behind, opened, told):
     ports = plug(usb_port("ttyUSB0", ids=(0x1A86, 0x7523)), **behind)
     with pytest.raises(bench_errors.BoardNotFoundError, match=f"(?s){told}"):
-        find()
+        board.connect(None, 115200, "logger", print)
     assert "".join(ports) == opened
     assert all(port.closed for port in ports.values())
 

@@ -123,9 +123,8 @@ def test_output_that_nobody_takes_holds_nothing_up(closed):
 
 @pytest.fixture
 def page():
-    made = LivePage()
-    yield made
-    made.close()
+    with contextlib.closing(LivePage()) as made:
+        yield made
 
 
 @pytest.fixture

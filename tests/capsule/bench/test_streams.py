@@ -58,14 +58,6 @@ def send(outlet, from_s, numbers):
         outlet.push_sample(readings_of(number), from_s + number / RULES["rate_hz"])
 
 
-def wait_until(happened):
-    """Wait for a condition."""
-    until_s = time.monotonic() + 30.0
-    while not happened():
-        assert time.monotonic() < until_s
-        time.sleep(0.02)
-
-
 @pytest.mark.boards
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
@@ -77,8 +69,11 @@ def test_a_stream_that_loses_samples_has_all_rows(tmp_path, monkeypatch, capfd, 
     def feed():
         outlet = pylsl.StreamOutlet(info)
         send(outlet, from_s, [number for number in range(30) if number not in (12, 13)])
+        until_s = time.monotonic() + 30.0
         # On the disk while the recording goes on.
-        wait_until(lambda: part.exists() and "\n2.9," in part.read_text())
+        while not part.exists() or "\n2.9," not in part.read_text():
+            assert time.monotonic() < until_s
+            time.sleep(0.02)
         listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
         listening.open_stream(30.0)
         del outlet
@@ -162,7 +157,7 @@ def test_no_stream_and_two_of_one_name_are_told_apart():
         find_stream(pylsl, name, 0.1)
     ids = ("first", f"second {name}")
     two = [pylsl.StreamOutlet(describe(name, source_id=source_id)) for source_id in ids]
-    wait_until(lambda: len(pylsl.resolve_byprop("name", name, 2, 1.0)) == 2)
+    assert len(pylsl.resolve_byprop("name", name, minimum=2, timeout=30.0)) == 2
     with pytest.raises(BoardNotFoundError, match=r"2 LSL streams .*'first' .* the source id to"):
         find_stream(pylsl, name, 10.0)
     assert find_stream(pylsl, f"second {name}", 10.0).source_id() == f"second {name}"

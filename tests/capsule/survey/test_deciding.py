@@ -13,15 +13,13 @@ from capsule.survey.gut_evidence import GutEvidence
 from capsule.survey.suspects import AdaptiveThreshold, Suspects, decide
 from capsule.survey.way_back import WayBack
 
-NAN = float("nan")
-
 
 def test_what_passes_again_say():
     for outcome, *passes in (
-        ("confirmed", [9.0, 9.0], [2.4, 1.5, 2.4], [2.3, 2.1, NAN]),
+        ("confirmed", [9.0, 9.0], [2.4, 1.5, 2.4], [2.3, 2.1, np.nan]),
         ("dismissed", [3.0, 0.5], [3.0, 1.2, 1.0]),
-        ("again", [2.4, 1.5], [3.0, NAN]),
-        ("undecided", [2.4, 1.6, 1.7], [3.0, NAN, 0.8]),
+        ("again", [2.4, 1.5], [3.0, np.nan]),
+        ("undecided", [2.4, 1.6, 1.7], [3.0, np.nan, 0.8]),
     ):
         assert [decide(heights) for heights in passes] == [outcome] * len(passes)
 
@@ -58,20 +56,16 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
 
 # Kills: a nodule that raises what is usual; gut that is suspected again after its pass.
 def test_a_suspected_place_is_neither_usual_nor_suspected_again():
-    places_mm = np.arange(100.0)
-
-    def seen(at_mm, score):
-        return GutEvidence(places_mm, np.where(np.abs(places_mm - at_mm) < 3, score, 0.0))
-
-    suspects = Suspects(18.9)
-    assert suspects.look(seen(50, 0.2), 60.0).first_mm == pytest.approx(50)
+    places_mm, suspects = np.arange(100.0), Suspects(18.9)
+    here, there = (np.abs(places_mm - at_mm) < 3 for at_mm in (50, 80))
+    assert suspects.look(GutEvidence(places_mm, 0.2 * here), 60.0).first_mm == pytest.approx(50)
     for fix_mm in (70.0, 95.0, 120.0):
-        suspects.look_closer(seen(50, 9.0), fix_mm)
+        suspects.look_closer(GutEvidence(places_mm, 9.0 * here), fix_mm)
     suspects.end_first_pass()
     suspects.close("dismissed")
     assert suspects.present.evidence == [9.0]
     assert suspects.threshold.usual[0] < 0.1
-    assert suspects.look(seen(80, 9.0), 121.0) is None
+    assert suspects.look(GutEvidence(places_mm, 9.0 * there), 121.0) is None
 
 
 def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
