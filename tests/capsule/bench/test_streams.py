@@ -104,18 +104,16 @@ def test_a_stream_that_loses_samples_has_all_rows(tmp_path, monkeypatch, capfd, 
 
 # Kills: a stream that sends a sample twice, or each at the time of the last one.
 def test_our_own_stream_tells_of_its_board_and_sends_each_sample_once_at_its_time(monkeypatch):
-    opened, now_s = Mock(), 100.0
+    opened = Mock()
     monkeypatch.setattr(pylsl, "StreamOutlet", opened)
-    monkeypatch.setattr(pylsl, "local_clock", lambda: now_s)
     board = {"source": "recorded by the logger board", "adc_bits": "12", "vref_v": "3.3"}
     outlet, state = lsl.SampleOutlet("x", board | {"rate_hz": "10"}, 4, "3mm/r01"), State(0.1)
-    for counts in ((1, 2, 3, 4), None, (5, 6, 7, 8)):
-        state.add(counts)
-    outlet.send(state)
-    now_s = 100.1
-    outlet.send(state)
-    state.add((9, 0, 0, 0))
-    outlet.send(state)
+    first = [(1, 2, 3, 4), None, (5, 6, 7, 8)]
+    for now_s, new in ((100.0, first), (100.1, []), (100.1, [(9, 0, 0, 0)])):
+        monkeypatch.setattr(pylsl, "local_clock", Mock(return_value=now_s))
+        for counts in new:
+            state.add(counts)
+        outlet.send(state)
     sent = [call.args for call in opened().push_sample.mock_calls]
     assert [counts for counts, _ in sent] == [[1, 2, 3, 4], [5, 6, 7, 8], [9, 0, 0, 0]]
     assert [stamp_s for _, stamp_s in sent] == pytest.approx([99.8, 100.0, 100.1])

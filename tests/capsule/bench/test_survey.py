@@ -138,11 +138,10 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
 # a line that is cut off.
 @pytest.mark.parametrize("kept", [300, 20_000, 60_001])
 def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, tmp_path, monkeypatch, kept):
-    find_none = Mock(side_effect=AcquisitionError("no board"))
-    monkeypatch.setattr(survey_command, "open_boards", find_none)
+    monkeypatch.setattr(survey_command, "open_boards", Mock(side_effect=AcquisitionError("none")))
     folder = tmp_path / "killed"
     kill(whole, folder, kept, kept)
-    with pytest.raises(AcquisitionError, match="no board"):
+    with pytest.raises(AcquisitionError, match="none"):
         survey("--resume", folder)
     stream = (folder / "stream.csv.part").read_bytes()
     assert (whole / "stream.csv").read_bytes().startswith(stream)
