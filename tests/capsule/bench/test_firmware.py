@@ -16,6 +16,9 @@ from support.documents import text_of
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
+HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
+UNFOLDED = "unfolded", "unfolded", True  # as `at_rest` tells it
+
 
 @pytest.fixture
 def motor():
@@ -160,9 +163,6 @@ def test_a_board_without_its_computer_or_program_stops(motor, lease_s, fault, mo
         assert (motor.board.seen.watchdog_resets, motor.board.coils) == (resets, 0)
 
 
-HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
-
-
 # Backward, the same edge of the cam counts.
 def test_the_index_tells_the_phase_again_after_a_reset_in_both_directions(motor):
     motor.board.set_cam(HALF_STEPS_PER_WAVE, -20, 120.0)
@@ -218,9 +218,6 @@ def at_rest(talk):
     report = of_kind(FoldState, talk.wait(1) + talk.say("state"))[-1]
     assert (talk.board.coils, talk.board.half_steps) == (0, before)
     return report.state, report.switches, talk.world.wound < SWITCH_TRAVEL
-
-
-UNFOLDED = "unfolded", "unfolded", True
 
 
 def test_folds_holds_unfolds_and_says_where_it_is(fold):

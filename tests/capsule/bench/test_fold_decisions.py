@@ -17,6 +17,7 @@ pytestmark = [pytest.mark.takes(0.5), needs_programs("gcc", packages="gcc")]
 
 STATES = ("unfolding", "unfolded", "folding", "folded", "fault")  # as origami.h numbers them
 FREE, STUCK_OPEN, STUCK_CLOSED = range(3)
+BOTH = [(0, STUCK_CLOSED), (1, STUCK_CLOSED)]
 LEASE_S, LONGEST_S, FAULT_PAUSE_S = 5, 10, 0.5
 LET_OUT = 8000  # half-steps that moves after faults and restarts may let out
 DUTY_S = 60
@@ -96,9 +97,6 @@ def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
         assert bench.refusal("fold") == "the motor has to rest"
         bench.wait(3)
         assert not bench.refusal("fold")
-
-
-BOTH = [(0, STUCK_CLOSED), (1, STUCK_CLOSED)]
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,8 @@ from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.scripted import FakeLine, board_on, identity_of
 
 WAVE = Wave(25.0, 25.0, "forward")
+WAVELENGTH_MM, SPEED_MM_S, EVERY_S = 80.0, 25.0, 0.2  # of simulated cams
+MISHAPS = st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05))  # resets, runs_s, delay_s
 told = []  # what the user was told in a test
 LOG = SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
 
@@ -157,6 +159,11 @@ FRAMES = {
     "peristalsis": ["P,10,10,0.6,25.0,running,"],
     "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
 }
+# The index was passed three waves ago.
+BLOCKED = ["P,10,4000,235.6,25.0,running,1"]
+FAULT = ["F,10,0,unfolded,fault"]
+FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
+RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
 
 
 def bench_on(**lines):
@@ -206,13 +213,6 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     bench_on(fold=line, peristalsis=drive)[0].leave()
     assert [each for each in line.sent if each in ("stop", "unfold")] == ["stop", "unfold"]
     assert said in capsys.readouterr().err
-
-
-# The index was passed three waves ago.
-BLOCKED = ["P,10,4000,235.6,25.0,running,1"]
-FAULT = ["F,10,0,unfolded,fault"]
-FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
-RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
 
 
 # Kills: a survey that misses one of its boards for ever, or never notices a lost phase; that goes
@@ -307,9 +307,6 @@ def test_a_board_whose_clock_is_slow_is_followed():
     assert moments_s[-1] == pytest.approx(0.1005 * 9_999)
 
 
-WAVELENGTH_MM, SPEED_MM_S, EVERY_S = 80.0, 25.0, 0.2
-
-
 class Cams:
     """Cams that a simulated peristalsis board turns, with an index at 17 mm, and the phase."""
 
@@ -366,9 +363,6 @@ def test_the_way_is_that_of_the_cams_at_any_moment_and_else_nobody_knows_it():
     cams.reset()
     cams.run(20.0)
     assert (cams.phase.index_mm, cams.phase.known) == (None, False)
-
-
-MISHAPS = st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05))
 
 
 @settings(max_examples=15)

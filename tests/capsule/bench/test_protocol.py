@@ -16,6 +16,12 @@ from support.marks import missing_program, needs
 
 PAGE = (emulated.FIRMWARE / "test_vectors.md").read_text(encoding="utf-8")
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
+ARDUINO = Path("/usr/share/arduino/hardware")
+no_boards = "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
+missing = missing_program("arduino-builder", packages="arduino-builder") or no_boards
+arduino = (pytest.mark.boards, needs(missing))
+U32, COUNT = st.integers(0, 2**32 - 1), st.integers(0, 1023)
+samples = st.builds(Sample, U32, U32, st.tuples(*[COUNT] * 4), st.booleans())
 
 
 def conversation(board):
@@ -38,9 +44,6 @@ def test_host_has_the_checksums_and_understands_every_answer_of_the_page():
     assert kinds == set(get_args(protocol.Event)) - {Damaged}
 
 
-ARDUINO = Path("/usr/share/arduino/hardware")
-
-
 def built_by_the_arduino_ide(board, folder):
     name, kind = board[0], "mega:cpu=atmega2560" if board == emulated.LOGGER else "uno"
     command = ["arduino-builder", "-compile", "-fqbn", f"arduino:avr:{kind}", "-tools", "/usr/bin"]
@@ -52,11 +55,6 @@ def built_by_the_arduino_ide(board, folder):
     command += ["-libraries", emulated.FIRMWARE / "libraries", "-build-path", folder]
     output_of(*command, emulated.FIRMWARE / name / f"{name}.ino")
     return folder / f"{name}.ino.elf"
-
-
-no_boards = "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
-missing = missing_program("arduino-builder", packages="arduino-builder") or no_boards
-arduino = (pytest.mark.boards, needs(missing))
 
 
 @emulated.needed
@@ -110,10 +108,6 @@ def test_what_cannot_be_sent_is_refused_and_what_is_longer_than_a_frame_given_up
     parser = FrameParser()
     assert parser.feed(b"x" * 256) == []
     assert parser.feed(b"x") == [Damaged(b"x" * 257, "longer than any frame")]
-
-
-U32, COUNT = st.integers(0, 2**32 - 1), st.integers(0, 1023)
-samples = st.builds(Sample, U32, U32, st.tuples(*[COUNT] * 4), st.booleans())
 
 
 def frame_of(sample: Sample) -> bytes:

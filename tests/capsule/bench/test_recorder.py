@@ -40,6 +40,19 @@ PLAUSIBLE_FRAME = sample_frame(999, 6000, 55)
 JUMPED = [(n / 10, sample_frame(n, 100 * n + 10**9)) for n in range(30, 80)]
 CLOCK_ENDS = [(n / 10, sample_frame(n, (2**32 - 3000 + 100 * n) % 2**32)) for n in range(60)]
 PRESSED = encode("D,30,3000,30,2,3,4,1")
+# What another board says, and its samples.
+OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
+STRANGERS = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
+# Of a false frame: how many samples came before it, its number, and its time in ms.
+FALSE_FRAMES = [
+    (at, at + further, min(100 * at + ahead_ms, 9_999_999_999))
+    for at in (0, 1, 30)
+    for ahead_ms in (300, 5000, 20_000, 600_000, 2**31, 9_999_999_999)
+    for further in (0, ahead_ms // 100, 1_234_567_890)
+]
+# Numbered again, earlier, more numbers than time, off the grid, a restart unannounced.
+FALSE_FRAMES += [(30, 29, 3000), (30, 29, 2800), (30, 33, 3000), (30, 30, 2970), (30, 0, 100)]
+WAVE = {"fault": "", "until": "end", "start": str, "summary": str, "serve": float, "leave": str}
 
 
 @pytest.mark.parametrize(
@@ -115,27 +128,12 @@ def test_a_recording_started_with_its_first_sample(bench):
     assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
 
 
-# How many samples came before it, its number, and its time in ms.
-FALSE_FRAMES = [
-    (at, at + further, min(100 * at + ahead_ms, 9_999_999_999))
-    for at in (0, 1, 30)
-    for ahead_ms in (300, 5000, 20_000, 600_000, 2**31, 9_999_999_999)
-    for further in (0, ahead_ms // 100, 1_234_567_890)
-]
-# Numbered again, earlier, more numbers than time, off the grid, a restart unannounced.
-FALSE_FRAMES += [(30, 29, 3000), (30, 29, 2800), (30, 33, 3000), (30, 30, 2970), (30, 0, 100)]
-
-
 @pytest.mark.parametrize(("at", "number", "device_ms"), FALSE_FRAMES)
 def test_a_false_frame_that_passed_its_check_harms_nothing(bench, at, number, device_ms):
     false = sample_frame(999, device_ms, number)
     bench.run([*samples(0, at), (at / 10, false), *samples(at, 60)])
     assert bench.numbers() == list(range(60))
     assert len(bench.rows()) == 60
-
-
-OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
-STRANGERS = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
 
 
 # Behind a line that was lost, or behind the same one.
@@ -199,9 +197,6 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     told = "warning: the recording goes on without verdicts: ZeroDivisionError: division by zero\n"
     assert capsys.readouterr().err == told
     assert bench.log.path.read_text().count("Traceback") == 1
-
-
-WAVE = {"fault": "", "until": "end", "start": str, "summary": str, "serve": float, "leave": str}
 
 
 # Kills: a wave whose end is told and not kept in the header, or told at each sample.

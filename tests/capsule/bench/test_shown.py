@@ -20,17 +20,16 @@ from capsule.bench.state import State
 from capsule.bench.terminal import WAITING_TEXTS, PatientOutput, Terminal
 from support.browser import Browser, needed
 
+SURVEY = State(0.1, title="demo, simulated", samples=12000, away_s=90.4, doing="explores")
+SURVEY = replace(SURVEY, following="folds soon", score=0.075, threshold=0.15)
+PLACES = [(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")]
+SURVEY = replace(SURVEY, head_mm=250.0, head_known=True, places=PLACES)
+
 
 class Screen(io.StringIO):
     """A terminal that can redraw."""
 
     encoding, isatty = "utf-8", lambda screen: True
-
-
-SURVEY = State(0.1, title="demo, simulated", samples=12000, away_s=90.4, doing="explores")
-SURVEY = replace(SURVEY, following="folds soon", score=0.075, threshold=0.15)
-PLACES = [(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")]
-SURVEY = replace(SURVEY, head_mm=250.0, head_known=True, places=PLACES)
 
 
 def test_a_recording_is_drawn_in_its_place():
@@ -152,9 +151,9 @@ def next_event(listener):
 
 
 def test_only_a_browser_that_knows_the_address_gets_the_page(page):
-    answers = [fetch(page) for _ in range(2)]
-    content = answers[0].read().decode()
-    policy, other = (answer.headers["Content-Security-Policy"] for answer in answers)
+    with fetch(page) as answer, fetch(page) as again:
+        content = answer.read().decode()
+        policy, other = (each.headers["Content-Security-Policy"] for each in (answer, again))
     nonce = re.search(r"script-src 'nonce-([^']+)'", policy)[1]
     assert policy.startswith("default-src 'none'") and "{{" not in content
     # Kills: a style or script of the page that its own policy refuses; one nonce for all.
@@ -164,9 +163,7 @@ def test_only_a_browser_that_knows_the_address_gets_the_page(page):
     for path, headers, status in (("x", {}, 404), ("", {"Host": "evil.example"}, 403)):
         with pytest.raises(urllib.error.HTTPError, match=str(status)) as refused:
             fetch(page, path, **headers)
-        answers.append(refused.value)
-    for each in answers:
-        each.close()
+        refused.value.close()
 
 
 def test_a_browser_that_comes_back_goes_on_where_it_was(page, long_run):

@@ -26,6 +26,8 @@ from support.surveys import session_contents
 
 GUT = ["--metres", 0.2, "--nodules", 3, "--seed", 7]
 READ = SimulatedBench.read
+BEGUN = "2026-01-01T10:00:00Z"
+KEPT = ("stream.csv", "events.jsonl")
 
 
 def survey(*words):
@@ -100,10 +102,6 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
         assert not pieces & seen
         seen |= pieces
     assert len(seen) >= 1000
-
-
-BEGUN = "2026-01-01T10:00:00Z"
-KEPT = ("stream.csv", "events.jsonl")
 
 
 def kill(whole, folder, stream=None, events=None):

@@ -107,6 +107,11 @@ def lead(*events):
 
 TO_A_SUSPICION = ("placed", "suspected", "passed")
 THERE_AND_BACK = ("folded", "tick", "far_enough", "unfolded", "placed")
+STEPS = st.one_of(
+    st.sampled_from(cycles.EVENTS).map(lambda event: (event,)),
+    # Events in their usual order reach late states.
+    st.sampled_from([TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), 7 * ("tick",)]),
+)
 
 
 # Kills: tries of different places that add up to a capsule that cannot go back.
@@ -127,13 +132,6 @@ def test_a_place_is_passed_again_twice_at_most_until_three_ways_back_in_a_row_le
     assert after(after(cycle, "suspected")[0], "passed") == (cycle, ())  # single passes from now on
     placed, _ = lead(*TO_A_SUSPICION, *there * 2, *THERE_AND_BACK)
     assert (placed.tries, placed.no_return) == (0, False)
-
-
-STEPS = st.one_of(
-    st.sampled_from(cycles.EVENTS).map(lambda event: (event,)),
-    # Events in their usual order reach late states.
-    st.sampled_from([TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), 7 * ("tick",)]),
-)
 
 
 @given(st.lists(STEPS, min_size=20, max_size=40))

@@ -20,6 +20,8 @@ pytestmark = pytest.mark.takes(0.5)
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 AT_MM = 50.0  # of the nodule, in a gut without any other suspicion
+GIVEN_UP = [("undecided", 0, [0])]
+COSTLY = {"again", "lost", "late", "not_back"}
 
 
 def lead(when=lambda *_: False, change=None, phantom=PHANTOM, nodules=True, **options):
@@ -51,10 +53,6 @@ def dead_sensor(readings):
     return replace(readings, values=np.vstack([np.full(8, 512.0), readings.values[1:]]))
 
 
-def now(state):
-    return lambda bench, pilot: pilot.cycle.state == state
-
-
 def since(state):
     return lambda bench, pilot: state in [event.after for event in pilot.log]
 
@@ -66,10 +64,6 @@ def for_4_s_of_a_pass(bench, pilot):
 
 def at(from_s, until_s=np.inf):
     return lambda bench, pilot: from_s < pilot.sensing.now_s < until_s
-
-
-GIVEN_UP = [("undecided", 0, [0])]
-COSTLY = {"again", "lost", "late", "not_back"}
 
 
 # A pass without evidence is no verdict; one that was spoilt comes again. A board that says nothing
@@ -84,10 +78,11 @@ COSTLY = {"again", "lost", "late", "not_back"}
         # Not felt for so long, it may be one wavelength off.
         (at(25, 80), without("values", fold="unknown"), [("confirmed", 80, [0, 0])], []),
         (at(50), without("wave_mm"), [], []),
-        (now("folding"), without(fold="folding"), GIVEN_UP, ["late", "not_back"] * 3),
+        (lambda _, pilot: pilot.cycle.state == "folding", without(fold="folding"), GIVEN_UP,
+         ["late", "not_back"] * 3),
         (since("unfolding"), without(fold="unfolding"), GIVEN_UP, ["late"] * 2),
     ],
-)
+)  # fmt: skip
 def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(when, change, found, told):
     pilot, bench, commands = lead(when, change)
     places = pilot.suspects.places
