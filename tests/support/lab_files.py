@@ -9,6 +9,7 @@ import numpy as np
 import openpyxl
 import pynwb
 import scipy.io
+from pynwb.testing.mock.ecephys import mock_ElectricalSeries
 from rosbags.rosbag1 import Writer as Bag1
 from rosbags.rosbag2 import Writer as Bag2
 from rosbags.typesys import Stores, get_typestore
@@ -27,15 +28,29 @@ def write_matlab(path, **content):
     scipy.io.savemat(path, content)
 
 
-def write_matlab_73(path, **arrays):
-    """Write HDF5 as MATLAB does: after a block of MATLAB, with transposed arrays and classes."""
+def write_matlab_73(path, **content):
+    """Write HDF5 as MATLAB does: after a block of MATLAB, with transposed arrays and classes.
+
+    A text is an array of characters, and a list of texts a cell.
+    """
     with h5py.File(path, "w", userblock_size=512) as file:
-        for name, array in arrays.items():
-            file[name] = np.asarray(array).T
-            file[name].attrs["MATLAB_class"] = np.bytes_("double")
-        note = np.frombuffer("bench 2".encode("utf-16-le"), np.uint16)
-        file["note"] = note[:, None]
-        file["note"].attrs["MATLAB_class"] = np.bytes_("char")
+
+        def put(name, kind, array):
+            file[name] = array
+            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
+            return file[name].ref
+
+        def put_text(name, text):
+            return put(name, "char", np.frombuffer(text.encode("utf-16-le"), np.uint16)[:, None])
+
+        for name, each in {"note": "bench 2", **content}.items():
+            if isinstance(each, str):
+                put_text(name, each)
+            elif isinstance(each, list):
+                parts = [put_text(f"#refs#/{n}", text) for n, text in enumerate(each)]
+                put(name, "cell", np.array([parts], h5py.ref_dtype))
+            else:
+                put(name, "double", np.asarray(each).T)
     content = path.read_bytes()
     mark = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
     path.write_bytes(mark.ljust(512, b"\x00") + content[512:])
@@ -79,9 +94,13 @@ def excel_rows(first):
     return head + [[t, *sample] for t, sample in zip(first, KILO_OHMS.T.tolist(), strict=True)]
 
 
-def nwb_file(path, **series):
+def write_nwb(path, *series, **electrical):
+    """Write time series, or counts as an electrical series."""
     file = pynwb.NWBFile("capsule", "run-1", STARTED)
-    file.add_acquisition(pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, **series))
+    if electrical:
+        mock_ElectricalSeries(nwbfile=file, name="run", data=COUNTS.T, **electrical)
+    for each in series:
+        file.add_acquisition(each)
     with pynwb.NWBHDF5IO(str(path), "w") as stream:
         stream.write(file)
 
@@ -143,8 +162,10 @@ def xdf_chunk(tag, content):
 
 
 def write_xdf(path, *streams, started="2026-03-04T12:00:00+0000"):
+    """Write streams, each given by what `xdf_stream` takes behind its number."""
     head = f"<?xml version='1.0'?><info><version>1.0</version><datetime>{started}</datetime></info>"
-    path.write_bytes(b"XDF:" + xdf_chunk(1, head.encode()) + b"".join(streams))
+    parts = [xdf_stream(number, *each) for number, each in enumerate(streams, start=1)]
+    path.write_bytes(b"XDF:" + xdf_chunk(1, head.encode()) + b"".join(parts))
 
 
 def wave(hertz, seconds):
@@ -180,9 +201,10 @@ def write_examples(folder):
     write_workbook(folder / "lab.xlsx", **{f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)})
     told = {("run/readings", "unit"): "kohm", ("run", "sampling_rate"): 10.0}
     write_hdf(folder / "run.h5", {"run/readings": KILO_OHMS}, told)
-    nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
+    series = pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, unit="kohm", rate=10.0)
+    write_nwb(folder / "run.nwb", series)
     rows = {f"AI{n}": row / 10 for n, row in enumerate(KILO_OHMS)}
     write_tdms(folder / "run.tdms", rows, group="capsule", wf_increment=0.1, unit_string="V")
-    stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, ["S1", "S2", "S3", "S4"], "counts")
-    write_xdf(folder / "run.xdf", stream)
+    names = ["S1", "S2", "S3", "S4"]
+    write_xdf(folder / "run.xdf", ("capsule", TIME_S + 5000, COUNTS, names, "counts"))
     write_bag(folder / "run.bag")

@@ -2,7 +2,6 @@
 
 import io
 import json
-import re
 import sys
 from datetime import UTC, datetime
 
@@ -25,6 +24,7 @@ from capsule.recordings import listing
 from capsule.store import results as stored
 from capsule.store.files import write_csv, write_json
 from support.command import run_command
+from support.documents import blocks
 from support.project import ROOT
 from support.stored import rows_of
 
@@ -78,14 +78,14 @@ def make_results(results, most=1):
         matrices[name] = generator.random((4, LENGTH)) * AWKWARD[0]
         size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
         row = {"recording": name, "size_mm": size}
-        checks[name] = row | {"status": "accepted", "header": header}
         if size:
             fits[name] = row | fit
-        row |= {"samples": samples, "duration_s": (samples - 1) / 10, "site": "007"}
-        row |= {"sha256": f"{samples:064x}", "source": header.get("source", "")}
-        rows.append(row | {"status": "accepted"})
-    flat = {REJECTED: np.full((4, LENGTH), np.nan)}
-    arrays = {stored.SIGNALS: readings | flat, stored.MATRICES: matrices}
+        row["status"] = "accepted"
+        checks[name] = row | {"header": header}
+        told = {"samples": samples, "duration_s": (samples - 1) / 10, "site": "007"}
+        rows.append(row | told | {"sha256": f"{samples:064x}", "source": header.get("source", "")})
+    signals = readings | {REJECTED: np.full((4, LENGTH), np.nan)}
+    arrays = {stored.SIGNALS: signals, stored.MATRICES: matrices}
     for kind, of_kind in {**arrays, stored.CHECKS: checks, stored.FITS: fits}.items():
         for batch, names in stored.batches(sorted(of_kind), most).items():
             path = results / stored.pattern(kind, alone=most == 1).format(batch=batch)
@@ -132,14 +132,10 @@ def same(read, written):
     """Check that a column was read exactly as it was written, with its unknown values."""
     if written.dtype == object:
         # Empty text comes back as None from some, and as an empty array from MATLAB's format.
-        assert [text_of(value) for value in read] == list(written)
+        assert ["" if each is None or np.size(each) == 0 else each for each in read] == [*written]
     else:
         # What is unknown may come back as None.
         assert np.array([*read], dtype=float).tobytes() == np.asarray(written, float).tobytes()
-
-
-def text_of(value):
-    return "" if value is None or np.size(value) == 0 else str(value)
 
 
 def check_tables(tables, read):
@@ -148,7 +144,7 @@ def check_tables(tables, read):
         for key, values, unit, _ in columns_of(table):
             found, told = read(name, key)
             same(found, values)
-            assert text_of(told) == unit
+            same([told], np.array([unit], dtype=object))
 
 
 def test_what_is_gathered_is_what_the_results_hold_and_all_of_it_is_described(exported):
@@ -328,10 +324,8 @@ def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
     (tmp_path / "export").mkdir()
     for path in files.glob("*/*"):
         (tmp_path / "export" / path.name).symlink_to(path)
-    text = (ROOT / "docs/export.md").read_text(encoding="utf-8")
-    section = text.partition("## Python\n")[2].partition("\n## ")[0]
-    values = {}
-    exec("\n".join(re.findall("(?m)^ {4}(.*)", section)), values)
+    (block,) = (each for each in blocks(ROOT / "docs/export.md") if each.is_python)
+    exec(block.text, values := {})
     values["archive"].close()
     assert values["readings"].shape == (30, 4)
     assert list(values["detection"]["tp"]) == [17, 3]

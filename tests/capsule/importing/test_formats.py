@@ -18,12 +18,11 @@ import pynwb
 import pytest
 import scipy.io
 import xarray
-from pynwb.testing.mock.ecephys import mock_ElectricalSeries
 from rosbags.rosbag2 import StoragePlugin
 
 from support import lab_files as lab
 from support.importing import Case, assert_readings, import_files
-from support.lab_files import COUNTS, KILO_OHMS, STARTED, TIME_S, excel_rows, xdf_stream
+from support.lab_files import COUNTS, KILO_OHMS, TIME_S, excel_rows
 from support.project import ROOT
 
 SENSORS = {f"S{n}": row for n, row in enumerate(COUNTS, start=1)}
@@ -55,6 +54,7 @@ def named(name):
 
 
 hdf, tdms = named("run.h5")(lab.write_hdf), named("run.tdms")(lab.write_tdms)
+nwb, xdf = named("run.nwb")(lab.write_nwb), named("run.xdf")(lab.write_xdf)
 matlab, matlab_73 = named("run.mat")(lab.write_matlab), named("run.mat")(lab.write_matlab_73)
 sheets = named("lab.xlsx")(lab.write_workbook)
 
@@ -68,29 +68,12 @@ def netcdf(path, engine, *, time=True):
     data.to_netcdf(path, engine=engine, encoding=dict.fromkeys(SENSORS, packed))
 
 
-@named("run.nwb")
-def nwb(path, *series, **electrical):
-    """Write time series, or the readings as an electrical series."""
-    file = pynwb.NWBFile("capsule", "run-1", STARTED)
-    if electrical:
-        mock_ElectricalSeries(nwbfile=file, name="run", data=COUNTS.T, **electrical)
-    for each in series:
-        file.add_acquisition(each)
-    with pynwb.NWBHDF5IO(str(path), "w") as stream:
-        stream.write(file)
-
-
 series = partial(pynwb.TimeSeries, name="run", data=COUNTS.T, unit="counts", rate=10.0)
 
 
-@named("run.xdf")
-def xdf(path, *streams, unit="counts", **said):
-    """Write streams, each with its time stamps and the names of its sensors."""
-    content = [
-        xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
-        for at, (stamps, names) in enumerate(streams, start=1)
-    ]
-    lab.write_xdf(path, *content, **said)
+def stream(stamps, names=ALL, unit="counts", offset_s=0.0):
+    """Return a stream of sensors for a file of XDF."""
+    return "run", stamps, np.array([SENSORS[name] for name in names]), names, unit, offset_s
 
 
 @named("run.xlsx")
@@ -117,17 +100,6 @@ def workbook(path, *rows, states="", **more):
     if states:
         sheet.calculate_dimension = lambda: states
     book.save(path)
-
-
-def cells_73(folder):
-    """Write a cell of texts beside the arrays, as MATLAB does."""
-    path = matlab_73(**BOTH)(folder)
-    with h5py.File(path, "r+") as file:
-        file["#refs#/0"] = np.array([[*b"kPa"]], np.uint16).T
-        file["#refs#/0"].attrs["MATLAB_class"] = np.bytes_("char")
-        file["units"] = np.full((1, 4), file["#refs#/0"].ref, h5py.ref_dtype)
-        file["units"].attrs["MATLAB_class"] = np.bytes_("cell")
-    return path
 
 
 # A time and a matrix; for MATLAB, with what is said beside them.
@@ -188,10 +160,9 @@ DATES = [NOON + timedelta(seconds=t) for t in TIME_S]
 DAYS = [timedelta(seconds=86_390 + t) for t in TIME_S]
 PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIME_S.tolist())
-STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
+STREAMS = xdf(stream(TIME_S, ["S1", "S2"]), stream(TIME_S + 4, ["S3", "S4"]))
 # The recorder has measured the clock of a stream; another stream is of another kind.
-AHEAD = xdf_stream(1, "c", TIME_S + 5000, COUNTS, list(SENSORS), "counts", offset_s=-4000)
-PUMP = xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["p"], "kPa")
+MEASURED = xdf(stream(TIME_S + 5000, offset_s=-4000.0), stream(TIME_S, ["S1"], "kPa"))
 FROM_BAG = {"started": AT_NOON, "import_variable": "/capsule"}
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
@@ -219,9 +190,7 @@ SAID = {
     "NWB with a rate": read(nwb(series()), started=AT_NOON),
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
     "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
-    "a stream on the recorder's clock": read(
-        saved(lab.write_xdf, "run.xdf", AHEAD, PUMP), started=AT_NOON
-    ),
+    "a stream on the recorder's clock": read(MEASURED, started=AT_NOON),
     "a bag of ROS 1": read(saved(lab.write_bag, "run.bag"), **FROM_BAG),
     "a bag of ROS 2": read(saved(lab.write_bag, "run", StoragePlugin.MCAP), **FROM_BAG),
     "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
@@ -231,7 +200,7 @@ SAID = {
     "a start by its clock for each data set": read(hdf(LATER, CLOCKS), FROM_6_S),
     "a start that is no date": read(NO_DATE, words="began 'March 4, 2026', which", started=None),
     "a start that never was": read(TOO_LATE, words="T23:59:59-23:00', which", started=None),
-    "a zone": read(xdf((TIME_S, ALL), started="2026-03-04T13:00:00+0100"), started=AT_NOON),
+    "a zone": read(xdf(stream(TIME_S), started="2026-03-04T13:00:00+0100"), started=AT_NOON),
     "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
     "a unit over several columns": read(workbook(HEAD, ["s", "mV"], *rows()[1:]), IN_MV),
@@ -255,8 +224,8 @@ SAID = {
     "half the rate": read(tdms(HALF, **HALF_RATE), (TIME_S, [*COUNTS[:3], 500 + TIME_S])),
     "a sample short": read(tdms(SHORT, **APART), SHORT_READ),
     "a sample short of its time": read(tdms(TIMED_SHORT, unit_string=OF_EACH), SHORT_READ),
-    "a gap in XDF": read(xdf((5000 + GAP_S, ALL)), GAP),
-    "jitter in XDF": read(xdf((5000 + TIME_S + np.tile([0, 0.11, 0], 175), ALL))),
+    "a gap in XDF": read(xdf(stream(5000 + GAP_S)), GAP),
+    "jitter in XDF": read(xdf(stream(5000 + TIME_S + np.tile([0, 0.11, 0], 175)))),
     "two streams": read(STREAMS, (TIME_S[:485], [*COUNTS[:2, 40:], *COUNTS[2:, :485]])),
     "more than a day": read(workbook(*rows(DAYS), A="[h]:mm:ss.0")),
     "minutes and seconds": read(workbook(*rows(PARTS), A="mm:ss.0")),
@@ -295,7 +264,7 @@ OVER_ALL = [["t", "Pressure (kPa)"], ["s", *SENSORS], *rows()[1:]]
 GAIN_SHEET = sheets(Run=rows(), About=[["Channel", "Gain"], ["AI0", 10]])
 # Where a file tells a unit, and where a scale, and how it is quoted.
 OF_READINGS = {
-    "XDF": (xdf((TIME_S, ALL), unit="uV"), "names uV of"),
+    "XDF": (xdf(stream(TIME_S, unit="uV")), "names uV of"),
     "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
     "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
     "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
@@ -304,7 +273,7 @@ OF_READINGS = {
     "a group's name": (hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}), "says 'p (kPa)'"),
     "a structure": (matlab(run=BOTH | {"units": "mmHg"}), "names mmHg of"),
     "each column": (timed(units=np.array(["kPa"] * 4, dtype=object)), "names kPa of"),
-    "cells in MATLAB 7.3": (cells_73, "names kPa of"),
+    "cells in MATLAB 7.3": (matlab_73(**BOTH, units=["kPa"] * 4), "names kPa of"),
     "a name": (timed(V_unit="kPa"), "names kPa of"),
     "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
     "numpy": (saved(np.savez, "a.npz", **BOTH, unit="kPa"), "names kPa of"),
@@ -365,7 +334,7 @@ ASKED = {
     "a time's unit beside": Case(matlab(**IN_CS, time_unit="cs"), "the unit 'cs'", BY_RATE),
     "another name of a start": Case(DELAYED, "sensor 1 names its start, 'delay: 0.0', which is no"),
     "two clocks": Case(hdf(LATER, TWO_CLOCKS), "sensor 3 starts 4 s after sensor 1 by its date"),
-    "stamps of chunks": Case(xdf((CHUNKS, ALL)), "the file states nominal_srate", "--time none"),
+    "stamps of chunks": Case(xdf(stream(CHUNKS)), "the file states nominal_srate", "--time none"),
     "a formula": Case(FORMULAS, f"B2: the formula '={COUNTS[0, 0]:.0f}+0'"),
     "numbers as text": Case(TEXTS, "as text, save it as CSV"),
     "a word in a sheet": Case(OVERLOAD, "row 10, column 'time': 'overload'"),
@@ -444,7 +413,7 @@ def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
 
 
 def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path):
-    path = xdf((TIME_S, ALL))(tmp_path)
+    path = xdf(stream(TIME_S))(tmp_path)
     assert "may be incomplete" not in import_files(tmp_path, path, "--dry-run").shown
     path.write_bytes(path.read_bytes()[:-30])
     told = "note: the stream has no end: the file may be incomplete"
