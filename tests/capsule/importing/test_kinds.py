@@ -105,14 +105,14 @@ VALUES = {
     "volts later": [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)],
     **{
         f"eight without {lost}": np.where(np.isin(range(8), lost), np.nan, EIGHT)
-        for lost in ([0, 7], 2, [3, 5], 5)
+        for lost in (0, [0, 7], 2, [3, 5], 5)
     },
 }
 ODD_READ = {name: rest for name, *rest in table("odd files read")}
 ODD_REFUSED = dict(table("odd files refused"))
 PLAIN_FILES = {path.stem for path in ODD.iterdir()} - {call.split()[0] for call in ODD_REFUSED}
 ODD_READ |= dict.fromkeys(PLAIN_FILES - {"labchart_blocks", *ODD_READ}, ("", "eight", ""))
-UNITS_ROW, MILLI = "time,S1,S2,S3,S4\ns,mV,mV,mV,mV", COUNTS / 1000
+MILLI = COUNTS / 1000
 # As a serial plotter shows it.
 LABELLED = "".join("S1:{:g} S2:{:g} S3:{:g} S4:{:g}\n".format(*sample) for sample in COUNTS.T)
 # Counters of so many bits in a unit of time, from the lowest value on; the last one of us in s.
@@ -121,7 +121,6 @@ COUNTERS += [("ms", 16, 1e3, -(2**15)), ("ms", 15, 1e3), ("s", 32, 1e6, 0, 1e6)]
 PAUSED = TIME_S + 300 * (TIME_S > 20)
 TRUNCATED = np.where(TIME_S > 0, TIME_S + 20, 0)
 STUCK = np.array([*COUNTS[:2], 7 + 0 * TIME_S, COUNTS[3]])
-HELD_FIRST = np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS)
 BY_PANDAS, FIVE = lines(TIME_S, *COUNTS, head=",0,1,2,3"), "--time 1 --sensors 2 3 4 5"
 OWN = {"source": "simulated phantom", "simulator_seed": "7", "adc_bits": "10"}
 BY_24, MARKS = grouped(24, "{:,.0f}".format), " \u00a0\u2009'"
@@ -136,13 +135,10 @@ READ = {
     **rows("read rates", lambda line, _: good(above(line, lines(*COUNTS, head="S1,S2,S3,S4")))),
     **rows("read names in mV", lambda names, _: good(named(names), MILLI)),
     **rows("read above in mV", lambda line, _: good(above(line), MILLI)),
-    "row of units": good(lines(TIME_S, *COUNTS, head=UNITS_ROW), MILLI),
     **{
         f"{how}": good(timed(f"t ({unit})", wrapped(*how)), words="jumps by")
         for unit, *how in COUNTERS
     },
-    "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
-    "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
     "numbers of pandas": good(BY_PANDAS, COUNTS, FIVE, "line 1, with 0, 1, 2, 3, is passed over"),
     **{
         f"{m!r} in thousands": good(BY_24.replace(",", m), 24 * COUNTS, COUNTED, "use --adc-bits")
@@ -155,14 +151,11 @@ READ = {
     "first time that lacks digits": good(CUT_TIME, words="20.1 s lie between", time_s=TRUNCATED),
     "a long gap": good(timed("t", PAUSED), words="5 min follows sample 201", time_s=PAUSED),
     "a stuck sensor": good(timed("t", TIME_S, STUCK), STUCK, "", "reject it: sensor_3 reads 7 in"),
-    "a fill value": good(above(f"# fill value: {COUNTS[0, 0]:g}"), HELD_FIRST, "", "lack a sensor"),
     "a scaling": good(above("# scale factor: 0.1"), COUNTS, COUNTED, "0.1; that is not applied"),
     "a rising sensor": good(NO_NAMES, np.vstack([TIME_S, COUNTS[:3]]), RISING, "sensor_1 rises"),
     **{f"sensors {each}": good(PLAIN, COUNTS[::-1], f"--sensors {each}") for each in BACKWARDS},
     "a broken last line": good(f"ready\n{LABELLED}S1:5\n", options=RATED, header=PASSED_OVER),
     "a header line twice": good(above("# session: m\n# session: m"), header={"session": "m"}),
-    "whole last number without a line end": good(PLAIN.rstrip("\n")),
-    "decimals without a last line end": good(lines(TIME_S, *VOLTS).rstrip("\n"), VOLTS, V),
     "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, "over: 9 is far from"),
     **{
         name: good(ODD / f"{name}.txt", VALUES[values], said, "" if said else words)
@@ -183,7 +176,6 @@ def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, k
 
 
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
-SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 ALL_POINTS = grouped(4, german, times=german)
 BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
 PIECES = np.s_[:300], np.s_[300:]
@@ -214,15 +206,11 @@ ASKED = {
     **rows("quoted above", quoted),
     **rows("units named", unit_in_names),
     **rows("quoted names", lambda n, _: Case(named(n), f"{n.format(1)!r}, and of no", COUNTED)),
-    "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
     **rows("time units", unknown_unit),
-    "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
-    "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
     **{
         f"{hz} Hz": Case(ticks("time", hz), f"of {1 / hz:.4g} s, 10 Hz ({BY_RATE})", BY_RATE)
         for hz in (50, 100, 1024, 1e4, 32_768, 1e5, 1e7)
     },
-    "times in minutes": Case(MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"),
     **rows("other rates", lambda line, told: Case(above(line), f"file states {told}; g", BY_S)),
     "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
     "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
@@ -235,10 +223,7 @@ ASKED = {
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
     "blocks of LabChart": Case(ODD / "labchart_blocks.txt", f"give {GAP}", GAP, values=None),
-    "a log of MegunoLink": Case("{TIMEPLOT|DATA|S1|T|512}\n" * 525, "there is no table with 4"),
     "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
-    "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
-    "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
     **{
         name: Case(ODD / f"{name}.txt", words, remedy, values=VALUES[values])
         for name, (remedy, values, words) in ODD_READ.items()
