@@ -18,7 +18,7 @@ import numpy as np
 import openpyxl
 import pytest
 import scipy.io
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
@@ -158,18 +158,7 @@ PIECE = st.sampled_from(PIECES) | st.binary(max_size=4)
 DAMAGES = st.lists(st.tuples(st.integers(0, 400), st.integers(0, 20), PIECE), max_size=5)
 
 
-def table(certain: bytes) -> bytes:
-    """Return a table whose last column holds a number that needs no question, and a whole one."""
-    ends = [certain] * 3 + [b"20"] + [certain] * 5
-    rows = [b"0,%d;2.004,0;2.444,0;1.688,0;%s" % each for each in enumerate(ends)]
-    return b"\n".join([b"time;S1;S2;S3;S4", *rows])
-
-
 @settings(max_examples=200, deadline=None)
-@example(table(b"2.120,0"), [], {})
-@example(table(b"1.002.120"), [], {})
-# Of two steps of a time, 2 and 9, the median is like none.
-@example(b"1,2,3,4\n3,5,3,4\n12,2,1,4\n", [], {"time": 1})
 @given(st.sampled_from(FILES), DAMAGES, st.sampled_from(SAID))
 def test_a_damaged_text_is_read_or_refused_in_a_line(content, damages, said):
     for at, length, piece in damages:
