@@ -14,6 +14,9 @@ from support import lab_files as lab
 from support.importing import ODD
 from support.lab_files import COUNTS, KILO_OHMS, TIME_S, excel_rows
 
+ENDINGS = ".csv .log .gz .npy .npz .mat 73.mat .h5 .nc .xlsx .nwb .tdms .xdf .bag .mcap .sqlite3"
+ENDINGS = ENDINGS.split()
+
 
 def write_each_format(folder: Path) -> dict[str, Path]:
     """Write a valid file of each format, and return the files by their ending.
@@ -21,8 +24,7 @@ def write_each_format(folder: Path) -> dict[str, Path]:
     The file of a bag of ROS 2 lies in the bag's folder.
     """
     lab.write_examples(folder)
-    endings = ".csv .log .gz .npy .npz .mat 73.mat .h5 .nc .xlsx .nwb .tdms .xdf .bag"
-    files = {ending: folder / f"run{ending}" for ending in endings.split()}
+    files = {ending: folder / f"run{ending}" for ending in ENDINGS[:-2]}
     files[".csv"].write_bytes((ODD / "comma.txt").read_bytes())
     files[".log"].write_bytes((ODD / "serial_monitor.txt").read_bytes())
     files[".gz"].write_bytes(gzip.compress((ODD / "comma.txt").read_bytes()))
