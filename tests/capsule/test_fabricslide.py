@@ -1,14 +1,13 @@
-"""Real recordings pass the whole workflow with changes of the configuration only.
+"""Real recordings give matrices, fits and templates with changes of the configuration only.
 
 They are of a tactile finger on a board of ridges (wngfra/FabricSlide, MIT), have 16 channels and a
 time stamp in ms, and lie in tests/data/fabricslide/ with their licence.
 """
 
-import json
-
 import numpy as np
 import pytest
 
+import capsule
 from capsule.method.particle import peak_positions
 from support.importing import import_files
 from support.project import ROOT, Project
@@ -19,8 +18,7 @@ BOARD_10MM = ["Board10mm_F120_V-10mmps_0", "Board10mm_F120_V-5mmps_0", "Board10m
 FIRST_PEAK = 100
 
 
-@pytest.mark.slow
-@pytest.mark.workflow
+@pytest.mark.takes(2)
 def test_readings_stay_as_published_and_a_ridge_is_four_bumps_in_the_channels_order(tmp_path):
     project = Project.create(tmp_path / "project")
     ranges = {"amplitude_range": [0.001, 4.0], "peak_spacing_range": [8, 60]}
@@ -36,18 +34,16 @@ def test_readings_stay_as_published_and_a_ridge_is_four_bumps_in_the_channels_or
         imported = import_files(project.folder, *sorted(files), *options, size=size)
         assert imported.status == 0, imported.refused
     recordings = imported.recordings()
-    run = project.snakemake("results/templates.json")
-    assert run.status == 0, run.output
-    assert run.jobs["fit"] == 4
+    archive = capsule.load(project.raw)
+    assert (len(archive.labelled), len(archive.templates.matrices)) == (4, 3)
     for name in BOARD_10MM:
         recording = recordings[f"10mm/{name}"]
         table = np.loadtxt(FOLDER / f"{name}.csv", delimiter=",", skiprows=1)
         # After the time stamp and two readings of proximity.
         np.testing.assert_array_equal(recording.values, table[:, 9:13].T)
         np.testing.assert_allclose(recording.time_s, (table[:, 0] - table[0, 0]) / 1000)
-        matrix = np.load(project.results / "matrices/10mm" / f"{name}.npy")
-        fit = json.loads((project.results / "fits/10mm" / f"{name}.json").read_text())
-        spacing, shift = fit["parameters"]["peak_spacing"], fit["lag"] - 1 - matrix.shape[1]
+        matrix, fit = archive.matrices[f"10mm/{name}"], archive.fit(f"10mm/{name}")
+        spacing, shift = fit.particle.peak_spacing, fit.lag - 1 - matrix.shape[1]
         fitted = (peak_positions(spacing, FIRST_PEAK) - 1 + shift).astype(int)
         # One channel after the other meets the ridge. The start of the run cuts the first bump.
         bumps = [matrix[0, : fitted[0] + 16].argmax(), *matrix[1:].argmax(axis=1)]
