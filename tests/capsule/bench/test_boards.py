@@ -183,8 +183,7 @@ def test_a_port_without_its_board_is_refused_and_closed(monkeypatch, clock, foun
 
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch, tmp_path):
-    lost = FakeLine("lost")
-    connected = board_on(lost)
+    connected = board_on(lost := FakeLine("lost"))
     lost.lost = True
     monkeypatch.setattr(recorder, "Board", lambda *_: connected)
     words = f"--size 3 --drive lost --raw {tmp_path} --logs {tmp_path}"

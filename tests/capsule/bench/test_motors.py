@@ -79,8 +79,7 @@ def test_a_wave_is_started_with_a_lease_that_a_thread_renews_if_its_board_can(li
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one;
 # one that ends when the line is lost, so that nobody renews the lease afterwards.
 def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_it_is_busy(line):
-    connected = board_on(line)
-    drive = Drive(connected, WAVE, LOG)
+    drive = Drive(connected := board_on(line), WAVE, LOG)
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
     for _ in range(3 * looks):
         drive.look()
@@ -103,8 +102,7 @@ def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_
 
 # Kills: a board that was away, taken to go on where it was since its clock is ahead of the old one.
 def test_a_wave_board_that_is_back_has_forgotten_its_phase_and_is_started_again(line, monkeypatch):
-    away = board_on(line)
-    drive = Drive(away, WAVE, LOG, restarts=3)
+    drive = Drive(away := board_on(line), WAVE, LOG, restarts=3)
     line.frames = ["P,10,10,0.6,25.0,running,"]
     drive.serve()
     assert drive.summary() == "wave 1 mm at 25.0 mm/s"

@@ -37,8 +37,7 @@ def test_a_recording_is_drawn_in_its_place():
     state.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
     verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
     state.judgement = SimpleNamespace(lines_so_far=lambda: verdicts)
-    screen = Screen()
-    terminal = Terminal(screen)
+    terminal = Terminal(screen := Screen())
     terminal.show(state)
     summary, *sensors, title, verdict = screen.getvalue().splitlines()
     told = "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
@@ -66,8 +65,7 @@ def test_a_recording_is_drawn_in_its_place():
 
 # Kills: a last position taken for the present one; a place without its verdict; the first places.
 def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
-    screen = Screen()
-    terminal = Terminal(screen)
+    terminal = Terminal(screen := Screen())
     terminal.show(SURVEY)
     drawn = screen.getvalue()
     assert drawn.splitlines() == [

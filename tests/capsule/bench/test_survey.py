@@ -25,7 +25,10 @@ from support.command import parsers
 from support.surveys import session_contents
 
 GUT = ["--metres", 0.2, "--nodules", 3, "--seed", 7]
+TO_AND_FRO = ["--metres", 0.2, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2"]
 READ = SimulatedBench.read
+SILENT = {"trouble": BoardLostError("the fold board is silent")}
+DISOBEYS = {"read": lambda *of: replace(READ(*of), fold="folded"), "at_end": True}
 BEGUN = "2026-01-01T10:00:00Z"
 KEPT = ("stream.csv", "events.jsonl")
 
@@ -36,22 +39,18 @@ def survey(*words):
     survey_command.survey(options)
 
 
-def reading(**changes):
-    """Return a reader of the bench that changes what it has read."""
-
-    def read(bench, samples):
-        readings = READ(bench, samples)
-        return replace(readings, wave_mm=np.round(readings.wave_mm, 2), **changes)
-
-    return read
+def rounded(bench, samples):
+    """Read a simulated bench whose wave is rounded as that of boards is."""
+    readings = READ(bench, samples)
+    return replace(readings, wave_mm=np.round(readings.wave_mm, 2))
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Make an undisturbed session, whose wave is rounded as that of boards is."""
+    """Make an undisturbed session."""
     folder = tmp_path_factory.mktemp("sessions") / "whole"
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(SimulatedBench, "read", reading())
+        patched.setattr(SimulatedBench, "read", rounded)
         survey("--simulate", *GUT, "--out", folder, "--raw", folder.parent / "raw")
     return folder
 
@@ -105,7 +104,7 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
 
 
 def kill(whole, folder, stream=None, events=None):
-    """Make a session on boards as a kill leaves it, cut to some bytes."""
+    """Make a session on boards as a kill leaves it, cut to some bytes, and return its folder."""
     about = {"metres": 0.2, "goto": [], "raw": None, "index_mm": 0.0, "begun": BEGUN}
     about["wave"] = {"speed_mm_s": 25.0, "ramp_mm_s2": 25.0, "direction": "forward"}
     about["header"] = {"source": "a board", "rate_hz": "10", "started": BEGUN, "session": "killed"}
@@ -114,12 +113,12 @@ def kill(whole, folder, stream=None, events=None):
     (folder / "session.json").write_text(json.dumps(about))
     for name, kept in zip(KEPT, (stream, events), strict=True):
         (folder / f"{name}.part").write_bytes((whole / name).read_bytes()[:kept])
+    return folder
 
 
 # Kills: a repeated line that is not the stored one; a last event that a power cut took for good.
 def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(whole, tmp_path):
-    folder = tmp_path / "killed"
-    kill(whole, folder, events=-100)
+    folder = kill(whole, tmp_path / "killed", events=-100)
     survey("--resume", folder)
     for name in KEPT:
         assert (folder / name).read_bytes() == (whole / name).read_bytes()
@@ -137,8 +136,7 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
 @pytest.mark.parametrize("kept", [300, 20_000, 60_001])
 def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, tmp_path, monkeypatch, kept):
     monkeypatch.setattr(survey_command, "open_boards", Mock(side_effect=AcquisitionError("none")))
-    folder = tmp_path / "killed"
-    kill(whole, folder, kept, kept)
+    folder = kill(whole, tmp_path / "killed", kept, kept)
     with pytest.raises(AcquisitionError, match="none"):
         survey("--resume", folder)
     stream = (folder / "stream.csv.part").read_bytes()
@@ -153,11 +151,6 @@ def test_a_board_that_drives_other_waves_is_refused():
     boards = {name: SimpleNamespace(identity=Identity(name, entries[name])) for name in entries}
     with pytest.raises(AcquisitionError, match="waves of 70"):
         survey_command._known_with(boards, read_settings(), None, "tuesday")
-
-
-TO_AND_FRO = ["--metres", 0.2, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2"]
-SILENT = {"trouble": BoardLostError("the fold board is silent")}
-DISOBEYS = {"read": reading(fold="folded"), "at_end": True}
 
 
 # Kills: a fault that is told at each look, or forgotten at the end.

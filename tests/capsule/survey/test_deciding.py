@@ -36,8 +36,7 @@ def test_the_budget_is_kept_whatever_the_noise_and_its_tail(noise, heavy):
                 suspicions += block >= 40
             adaptive.passed(25.0)
             adaptive.learn(largest)
-    metres = 5 * 160 * 0.025
-    assert suspicions / metres == pytest.approx(1.5, rel=0.3)
+    assert suspicions / (5 * 160 * 0.025) == pytest.approx(1.5, rel=0.3)  # in a metre
 
 
 def test_a_suspicion_raises_the_threshold_until_it_proves_right():
