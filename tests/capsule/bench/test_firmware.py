@@ -34,7 +34,8 @@ def of_kind(kind, events):
     return [event for event in events if isinstance(event, kind)]
 
 
-def position(talk):
+def position(talk, after_s=0.0):
+    talk.wait(after_s)
     (answer,) = of_kind(Position, talk.say("position"))
     return answer
 
@@ -74,8 +75,7 @@ def test_the_wave_moves_at_its_speed_in_even_steps(motor, speed):
         assert motor.say(f"speed,{speed}") == [Acknowledgement("speed", speed)]
     motor.say("start", 5)
     first = position(motor)
-    motor.wait(32)
-    second = position(motor)
+    second = position(motor, after_s=32)
     elapsed_s, wanted = (second.device_ms - first.device_ms) / 1000, float(speed or 25)
     way_mm = second.position_mm - first.position_mm
     assert way_mm / elapsed_s == pytest.approx(wanted, rel=1e-4, abs=0.01)
@@ -105,8 +105,7 @@ def test_it_starts_stops_and_turns_round_by_its_ramp_and_lets_the_coils_cool(mot
     assert np.diff(motor.board.seen.steps.times_us()).min() > 1e6 / HALF_STEPS_PER_MM / 25.8
     motor.say("stop", seconds=0.1)
     assert position(motor).state == "stopping"
-    motor.wait(4)
-    at_rest = position(motor)
+    at_rest = position(motor, after_s=4)
     assert (at_rest.state, at_rest.speed_mm_s, motor.board.coils) == ("stopped", 0, 0)
     assert at_rest.half_steps == motor.board.half_steps
     assert motor.board.seen.illegal_steps == 0
@@ -126,16 +125,13 @@ def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     motor.wait(10)
     assert motor.say("lease,2") == [Acknowledgement("lease", "2")]
     for command in ("position", "identify", "speed,20", "speed,99", "start"):  # even if refused
-        motor.wait(1.8)
-        assert position(motor).state == "running"
+        assert position(motor, after_s=1.8).state == "running"
         motor.wait(1.8)
         motor.say(command)
     motor.wait(1.8)
     motor.board.deliver(b"$position*0000\n")  # damaged, it renews nothing
-    motor.wait(0.3)
-    assert position(motor).state == "stopping"
-    motor.wait(2)
-    assert (position(motor).state, motor.board.coils) == ("stopped", 0)
+    assert position(motor, after_s=0.3).state == "stopping"
+    assert (position(motor, after_s=2).state, motor.board.coils) == ("stopped", 0)
 
 
 @pytest.mark.parametrize(
@@ -212,8 +208,9 @@ def answer(talk, command):
     return getattr(answered, "reason", answered)
 
 
-def at_rest(talk):
+def at_rest(talk, after_s=0.0):
     """Return state and switches of a board whose coils stay off, and whether it is unfolded."""
+    talk.wait(after_s)
     before = talk.board.half_steps
     report = of_kind(FoldState, talk.wait(1) + talk.say("state"))[-1]
     assert (talk.board.coils, talk.board.half_steps) == (0, before)
@@ -256,8 +253,7 @@ def test_a_board_that_starts_anew_unfolds(mishap, watched):
     assert greeting.entries["state"] == "unfolding"
     assert int(greeting.entries["uptime_ms"]) < 20
     assert talk.board.seen.watchdog_resets == watched
-    talk.wait(6)
-    assert at_rest(talk) == UNFOLDED
+    assert at_rest(talk, after_s=6) == UNFOLDED
 
 
 def test_a_flood_of_questions_keeps_it_from_nothing(fold):
@@ -291,8 +287,7 @@ def test_a_power_cut_leaves_a_whole_record_of_all_that_the_move_may_do(fold):
     fold.board.reset()
     fold.wait(0.2)
     assert newest(fold) == (-4000, 8000)
-    fold.wait(4)
-    assert at_rest(fold) == UNFOLDED
+    assert at_rest(fold, after_s=4) == UNFOLDED
     assert "the motor has to rest" in answer(fold, "fold")
 
 

@@ -18,6 +18,7 @@ pytestmark = [pytest.mark.takes(0.5), needs_programs("gcc", packages="gcc")]
 STATES = ("unfolding", "unfolded", "folding", "folded", "fault")  # as origami.h numbers them
 FREE, STUCK_OPEN, STUCK_CLOSED = range(3)
 BOTH = [(0, STUCK_CLOSED), (1, STUCK_CLOSED)]
+COMMANDS = st.sampled_from([["fold"], ["hold"], ["unfold"], ["fold", "hold", "hold"]])
 LEASE_S, LONGEST_S, FAULT_PAUSE_S = 5, 10, 0.5
 LET_OUT = 8000  # half-steps that moves after faults and restarts may let out
 DUTY_S = 60
@@ -49,16 +50,16 @@ class Bench:
         self.run(round(1000 * seconds))
         return STATES[self.state()], self.coils()
 
-    def refusal(self, command):
-        """Send a command; return why the board does not obey, or nothing."""
+    def refusal(self, command, after_s=0):
+        """Send a command after some time; return why the board does not obey, or nothing."""
+        self.wait(after_s)
         return self.say(ctypes.c_char(command[0].encode())).decode()
 
 
 def folding(seconds):
     """Start a board, and let it fold for this time; it is folded after 4.9 s."""
     bench = Bench()
-    bench.wait(1)
-    assert not bench.refusal("fold")
+    assert not bench.refusal("fold", after_s=1)
     bench.wait(seconds)
     return bench
 
@@ -88,15 +89,12 @@ def test_a_fold_and_its_unfolding_in_their_usual_times():
 def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
     bench = folding(0)
     for _ in range(3):
-        bench.wait(4)
-        bench.refusal("unfold")
+        bench.refusal("unfold", after_s=4)
         bench.wait(5)
         wait_s = bench.wait_s()
         assert 30 < wait_s < 60
-        bench.wait(wait_s - 3)
-        assert bench.refusal("fold") == "the motor has to rest"
-        bench.wait(3)
-        assert not bench.refusal("fold")
+        assert bench.refusal("fold", after_s=wait_s - 3) == "the motor has to rest"
+        assert not bench.refusal("fold", after_s=3)
 
 
 @pytest.mark.parametrize(
@@ -159,18 +157,15 @@ def test_a_memory_that_fails_is_tried_once_and_nothing_but_an_unfolding_moves(se
     before = bench.writes()
     bench.refusal("unfold" if seconds else "fold")
     assert bench.wait(5) == ("unfolded", 0)
-    bench.wait(100)
-    assert bench.refusal("fold") == "the memory cannot be written"
+    assert bench.refusal("fold", after_s=100) == "the memory cannot be written"
     assert bench.writes() == before + 1
     wound = bench.wound()
     assert wound < SWITCH_TRAVEL
     bench.stick(0, switch)
     for _ in range(20):
         bench.reset()
-        bench.wait(1)
-        bench.refusal("unfold")
-        bench.wait(100)
-        bench.refusal("fold")
+        bench.refusal("unfold", after_s=1)
+        bench.refusal("fold", after_s=100)
     assert bench.wound() == wound
 
 
@@ -182,10 +177,7 @@ class AnyOrder(RuleBasedStateMachine):
         """Start the board with the origami in any position."""
         self.bench, self.broken = Bench(wound), False
 
-    @rule(
-        commands=st.sampled_from([["fold"], ["hold"], ["unfold"], ["fold", "hold", "hold"]]),
-        ms=st.integers(0, 12_000),
-    )
+    @rule(commands=COMMANDS, ms=st.integers(0, 12_000))
     def command(self, commands, ms):
         """Send commands, from noise or as in a survey, and run for some time after each."""
         for command in commands:

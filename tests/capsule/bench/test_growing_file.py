@@ -18,6 +18,16 @@ from capsule.interface.archive import read_recording
 from capsule.recordings.recording import format_header, format_sample
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
+HEAD = format_header(HEADER, 4).encode()
+SAMPLES = [None if number % 5 == 3 else (number, 2, 3, 4) for number in range(500)]
+LINES = [format_sample(number / 10, sample).encode() for number, sample in enumerate(SAMPLES)]
+WHOLE = HEAD + b"".join(LINES)
+READINGS = np.random.default_rng(1).normal(2.5, 1.0, (525, 4))
+READINGS[7] = [1e-7, -0.25, 3.0, 12345.678901234567]
+VOLTS = format_header(HEADER | {"unit": "V"}, 4).encode() + b"".join(
+    format_sample(index / 10, tuple(values)).encode() for index, values in enumerate(READINGS)
+)
+ORIGINAL = "r01.csv.part.recovered"
 
 
 @pytest.fixture
@@ -25,14 +35,10 @@ def final(tmp_path):
     return tmp_path / "raw" / "3mm" / "r01.csv"
 
 
-def line_of(index):
-    return format_sample(index / 10, None if index % 5 == 3 else (index, 2, 3, 4))
-
-
 def part_of(final, count, **options):
     part = growing_file.GrowingFile(final, head_of(HEADER, 4), **options)
-    for index in range(count):
-        part.add(line_of(index))
+    for line in LINES[:count]:
+        part.add(line.decode())
     part.flush()
     return part
 
@@ -64,7 +70,7 @@ def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch
 def test_an_entry_is_amended_in_its_place_at_any_moment(final):
     part = growing_file.GrowingFile(final, head_of(HEADER | {"wave_until_s": "end"}, 4))
     for number, until in enumerate(("44.8", "end", "123456.7")):
-        part.add(line_of(number))
+        part.add(LINES[number].decode())
         part.flush()
         part.amend(head_of(HEADER | {"wave_until_s": until}, 4))
         assert read_recording(part.path, 4).header["wave_until_s"] == until
@@ -162,17 +168,6 @@ def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats_or_stays_as_it_
         file.go_on(file.repeated())
         file.add("e\n")
         assert file.finish().read_bytes() == b"a\nb\nc\ne\n"
-
-
-HEAD = format_header(HEADER, 4).encode()
-LINES = [line_of(index).encode() for index in range(500)]
-WHOLE = HEAD + b"".join(LINES)
-READINGS = np.random.default_rng(1).normal(2.5, 1.0, (525, 4))
-READINGS[7] = [1e-7, -0.25, 3.0, 12345.678901234567]
-VOLTS = format_header(HEADER | {"unit": "V"}, 4).encode() + b"".join(
-    format_sample(index / 10, tuple(values)).encode() for index, values in enumerate(READINGS)
-)
-ORIGINAL = "r01.csv.part.recovered"
 
 
 @pytest.fixture
