@@ -108,11 +108,10 @@ def plug(monkeypatch, clock):
         def open_port(name, baud):
             if isinstance(behind[name], AcquisitionError):
                 raise behind[name]
-            port = opened[name] = FakeLine(name, baud)
             is_board = isinstance(behind[name], str)
-            port.frames = [identity_of(behind[name])] if is_board else []
-            port.first_bytes = b"" if is_board else behind[name]
-            return port
+            frames, first = ([identity_of(behind[name])], b"") if is_board else ([], behind[name])
+            opened[name] = FakeLine(name, baud, frames=frames, first_bytes=first)
+            return opened[name]
 
         monkeypatch.setattr(board.list_ports, "comports", lambda: [*map(usb_port, behind), *others])
         monkeypatch.setattr(board, "Line", open_port)
@@ -173,8 +172,7 @@ def test_a_search_without_one_board_says_what_each_port_answered(plug, behind, o
     ],
 )
 def test_a_port_without_its_board_is_refused_and_closed(monkeypatch, clock, found, kind, said):
-    talking = FakeLine("A", 57600)
-    vars(talking).update(found)
+    talking = FakeLine("A", 57600, **found)
     monkeypatch.setattr(board, "Line", lambda *_: talking)
     with pytest.raises(kind) as reason:
         Board("A", 57600, "logger", print)
@@ -195,8 +193,7 @@ def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(mon
 # Kills: samples lost that came before the identity; the begin of a frame that neither log nor count
 # has, since a command met the lost line.
 def test_what_came_before_an_identity_or_a_loss_is_kept(clock):
-    line = FakeLine("A")
-    line.frames = ["D,1,100,1,2,3,4,0"]
+    line = FakeLine("A", frames=["D,1,100,1,2,3,4,0"])
     away = board_on(line, "logger")
     assert [arrival.event.sequence for arrival in away.read()] == [1]
     line.lost, line.rest = True, b"$D,12,1200,5"
@@ -206,15 +203,9 @@ def test_what_came_before_an_identity_or_a_loss_is_kept(clock):
 
 
 def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(monkeypatch, clock):
-    opened_s = []
-
-    def silent(port, baud):
-        opened_s.append(clock.s)
-        return FakeLine(port, baud)
-
-    waiting = board_on(FakeLine("A"), "fold")
+    opened_s, waiting = [], board_on(FakeLine("A"), "fold")
     waiting.close()
-    monkeypatch.setattr(board, "Line", silent)
+    monkeypatch.setattr(board, "Line", lambda *of: opened_s.append(clock.s) or FakeLine(*of))
     while clock.s < 160:
         before_s = clock.s
         assert list(waiting.read(0.05)) == []

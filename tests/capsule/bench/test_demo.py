@@ -53,8 +53,7 @@ def workflow(monkeypatch):
 
 
 def play(folder):
-    words = ["--out", str(folder), "--speed", "50", "--cores", "2"]
-    demo_command.demo(parsers()["demo"].parse_args(words))
+    demo_command.demo(parsers()["demo"].parse_args(f"--out {folder} --speed 50 --cores 2".split()))
 
 
 # Kills: verdicts that are lost with a learning that Ctrl-C has ended with the run.

@@ -201,8 +201,9 @@ def states(events):
     return [name for name, before in zip(names, [None, *names], strict=False) if name != before]
 
 
-def answer(talk, command):
+def answer(talk, command, after_s=0.0):
     """Send a command, and return the reason why the board refuses it, or its confirmation."""
+    talk.wait(after_s)
     name = command.partition(",")[0]
     (answered,) = [event for event in talk.say(command) if getattr(event, "command", "") == name]
     return getattr(answered, "reason", answered)
@@ -302,17 +303,14 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     must, done = "the switch unfolded alone must be closed", Acknowledgement("setup", "unfolded")
     for wound, said in ((TRAVEL / 2, must), (0, done)):
         fold.world.wound = wound
-        fold.wait(2)
-        assert (answer(fold, "setup,unfolded"), fold.board.half_steps) == (said, 0)
+        assert (answer(fold, "setup,unfolded", after_s=2), fold.board.half_steps) == (said, 0)
     fold.board.reset()
-    fold.wait(0.1)
-    assert answer(fold, "fold") == Acknowledgement("fold", "")
+    assert answer(fold, "fold", after_s=0.1) == Acknowledgement("fold", "")
 
 
 def test_a_broken_wire_reads_as_closed_but_with_the_build_for_open_switches(fold, tmp_path):
     fold.board.break_wire(emulated.PIN_3)
-    fold.wait(0.1)
-    assert "both end switches are closed" in answer(fold, "fold")
+    assert "both end switches are closed" in answer(fold, "fold", after_s=0.1)
     assert fold.board.half_steps == 0  # it does not pull
     emulated.build_firmware(tmp_path, "-DNORMALLY_CLOSED=0")
     talk = Talk(emulated.FOLD, FoldingOrigami, image=tmp_path / "fold.elf", normally_closed=False)

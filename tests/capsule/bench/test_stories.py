@@ -26,12 +26,8 @@ def rig(tmp_path):
 def pulled(rig, cable, when, for_s):
     """Return what unplugs a cable at a condition, and plugs it in so many seconds later."""
     pulled_s = []
-
-    def unplug():
-        cable.unplug()
-        pulled_s.append(rig.now_s)
-
-    return [(when, unplug), (lambda: rig.now_s > pulled_s[0] + for_s, cable.plug)]
+    unplug = when, lambda: (cable.unplug(), pulled_s.append(rig.now_s))
+    return [unplug, (lambda: rig.now_s > pulled_s[0] + for_s, cable.plug)]
 
 
 def test_a_recording_outlives_its_loggers_cable_and_is_recovered_after_a_kill(rig, capsys):
@@ -94,12 +90,10 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
     def is_found():
         return "mm from the goal" in rig.events()[-1]["reason"]
 
-    def look():
-        found_mm.append(rig.gut.head_mm)
-        rig.stop.reason = "Ctrl-C"
-
+    acts = [(is_found, lambda: found_mm.append(rig.gut.head_mm))]
+    acts += [(lambda: True, lambda: vars(rig.stop).update(reason="Ctrl-C"))]
     with pytest.raises(KeyboardInterrupt):
-        rig.run("survey --resume tuesday", [(is_found, look)])
+        rig.run("survey --resume tuesday", acts)
     assert rig.at_rest()
     assert rig.events()[-1]["after"] == "ended" and not list(rig.folder.glob("*.part"))
     found = [event for event in rig.events() if "from the goal" in event["reason"]]

@@ -33,9 +33,8 @@ level = -3
 """)
 
 
-def describe(name, channels=4, *, rate_hz=10.0, source_id="", **entries):
+def describe(name, channels=4, *, rate_hz=10.0, source_id="", kind=pylsl.cf_double64, **entries):
     """Return the description of a stream, with ``labels``, ``units`` and ``gains`` if given."""
-    kind = entries.get("kind", pylsl.cf_double64)
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
     info.set_channel_labels(entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)]))
     info.set_channel_units(entries.get("units", ["counts"] * channels))

@@ -44,15 +44,17 @@ class FakeLine:
     """A line that keeps what is sent, and receives the frames that a test puts there.
 
     If it is `lost`, its port has disappeared, in the midst of the frame `rest` if there is one.
+    A test may give each attribute by its name.
     """
 
-    def __init__(self, port: str = "/dev/board", baud: int = 0, *, lost: bool = False) -> None:
-        self.port, self.baud, self.lost = port, baud, lost
+    def __init__(self, port: str = "/dev/board", baud: int = 0, **changes: object) -> None:
+        self.port, self.baud = port, baud
         self.frames: list[str] = []
         self.sent: list[str] = []
         self.sent_s = -100.0
-        self.first_bytes, self.closed = b"", False
-        self.rest = b""
+        self.lost = self.closed = False
+        self.first_bytes = self.rest = b""
+        vars(self).update(changes)
 
     def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
         """Return the events in the frames."""
