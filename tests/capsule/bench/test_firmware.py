@@ -190,9 +190,8 @@ def test_the_index_is_passed_where_its_switch_first_closes_and_not_at_a_spike(mo
         for closed in contacts:
             motor.board.set_switch(emulated.PIN_3, closed)
             motor.wait(0.005)
-        motor.wait(0.2)
         passed = pytest.approx(first, abs=1) if contacts[-1] else None
-        assert position(motor).index_half_steps == passed
+        assert position(motor, after_s=0.2).index_half_steps == passed
 
 
 def states(events):

@@ -2,7 +2,6 @@
 
 import ctypes
 import functools
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -28,7 +27,7 @@ DUTY_S = 60
 def library():
     """Build a library of origami.c with a simulated thread, and load it."""
     fold = emulated.FIRMWARE / "fold"
-    sources = (fold / "origami.c", Path(emulated.__file__).parent / "origami_host.c")
+    sources = (fold / "origami.c", emulated.HERE / "origami_host.c")
     options = (f"-I{fold}", f"-DTRAVEL={TRAVEL}", f"-DSWITCH_TRAVEL={SWITCH_TRAVEL}")
     loaded = emulated.build_host_library(*sources, options=options)
     loaded.bench_new.restype = ctypes.c_void_p

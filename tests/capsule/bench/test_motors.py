@@ -27,6 +27,16 @@ WAVELENGTH_MM, SPEED_MM_S, EVERY_S = 80.0, 25.0, 0.2  # of simulated cams
 MISHAPS = st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05))  # resets, runs_s, delay_s
 told = []  # what the user was told in a test
 LOG = SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
+FRAMES = {
+    "fold": ["F,10,0,unfolded,unfolded"],
+    "peristalsis": ["P,10,10,0.6,25.0,running,"],
+    "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
+}
+# The index was passed three waves ago.
+BLOCKED = ["P,10,4000,235.6,25.0,running,1"]
+FAULT = ["F,10,0,unfolded,fault"]
+FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
+RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
 
 
 class Line(FakeLine):
@@ -152,24 +162,11 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     assert len(told) == 3
 
 
-FRAMES = {
-    "fold": ["F,10,0,unfolded,unfolded"],
-    "peristalsis": ["P,10,10,0.6,25.0,running,"],
-    "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
-}
-# The index was passed three waves ago.
-BLOCKED = ["P,10,4000,235.6,25.0,running,1"]
-FAULT = ["F,10,0,unfolded,fault"]
-FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
-RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
-
-
 def bench_on(**lines):
     """Return a bench on these lines, and its request to stop."""
     boards = {kind: board_on(lines.get(kind) or Line(), kind) for kind in FRAMES}
-    stop = SimpleNamespace(reason="")
     wave.AWAKE.pause_s()  # other tests' pauses do not count
-    return BoardBench(boards, WAVE, LOG, stop, 60.0), stop
+    return BoardBench(boards, WAVE, LOG, stop := SimpleNamespace(reason=""), 60.0), stop
 
 
 # Kills: samples that come late, taken for those of the time at which they come.

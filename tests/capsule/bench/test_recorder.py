@@ -53,6 +53,14 @@ FALSE_FRAMES = [
 # Numbered again, earlier, more numbers than time, off the grid, a restart unannounced.
 FALSE_FRAMES += [(30, 29, 3000), (30, 29, 2800), (30, 33, 3000), (30, 30, 2970), (30, 0, 100)]
 WAVE = {"fault": "", "until": "end", "start": str, "summary": str, "serve": float, "leave": str}
+U32, STATES = st.integers(0, 2**32 - 1), st.sampled_from(["running", "paused"])
+PIECES = st.one_of(
+    st.binary(max_size=60),
+    st.integers(0, 300).map(sample_frame),
+    st.builds(sample_frame, st.integers(0, 300), U32, U32),
+    st.builds(identity_frame, uptime_ms=U32, adc_bits=st.sampled_from([10, 12]), state=STATES),
+    st.text("DIAEP,=0123456789abc", max_size=40).map(lambda text: encode(f"D{text}")),
+)
 
 
 @pytest.mark.parametrize(
@@ -179,10 +187,11 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
     bench.answers, bench.away_s = iter([{"uptime_ms": uptime_ms, "state": state}]), 1.0
     later = [(22 + n / 10, sample_frame(n, uptime_ms + 100 * n, n)) for n in range(1, 15)]
     bench.recorder.patience_s = 1000
-    silence = [(3.0 + n / 10, b"") for n in range(180)]
     # Now and then the line delays: the least delay tells the time.
     delayed = [(n / 10 + 0.06 * (n % 3 == 2), sample_frame(n)) for n in range(30)]
-    bench.run([*delayed, *silence, (21.0, LineLostError()), *later])
+    bench.run(
+        [*delayed, *((3.0 + n / 10, b"") for n in range(180)), (21.0, LineLostError()), *later]
+    )
     assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
     assert bench.numbers() == [*range(30), *range(1, 15)]
     # A board that has stopped by itself only has to be started.
@@ -259,16 +268,6 @@ def test_a_run_of_hours_is_told_once_to_be_longer_than_the_matrix(bench):
     bench.run([*samples(0, 30), *samples(3000, 3010)])
     assert " ".join(bench.told).count("longer than 1000 samples (100 s)") == 1
     assert (len(bench.rows()), len(bench.logger.samples)) == (3010, 1001)
-
-
-U32, STATES = st.integers(0, 2**32 - 1), st.sampled_from(["running", "paused"])
-PIECES = st.one_of(
-    st.binary(max_size=60),
-    st.integers(0, 300).map(sample_frame),
-    st.builds(sample_frame, st.integers(0, 300), U32, U32),
-    st.builds(identity_frame, uptime_ms=U32, adc_bits=st.sampled_from([10, 12]), state=STATES),
-    st.text("DIAEP,=0123456789abc", max_size=40).map(lambda text: encode(f"D{text}")),
-)
 
 
 @pytest.mark.takes(0.3)

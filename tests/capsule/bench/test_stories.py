@@ -31,12 +31,8 @@ def pulled(rig, cable, when, for_s):
 
 
 def test_a_recording_outlives_its_loggers_cable_and_is_recovered_after_a_kill(rig, capsys):
-    part = Path("raw/3mm/r01.csv.part")
-
-    def on_disk(lines):
-        return lambda: part.exists() and part.read_text().count("\n") > lines
-
-    acts = [*pulled(rig, rig.cables.logger, on_disk(150), 3), (on_disk(350), rig.kill)]
+    acts = pulled(rig, rig.cables.logger, lambda: rig.now_s > 18, for_s=3)
+    acts += [(lambda: rig.now_s > 40, rig.kill)]
     with pytest.raises(Killed):
         rig.run("record --port logger --drive wave --size 3 --name r01", acts)
     rig.rest(4)  # with the next two seconds, the lease of 5 s and the ramp

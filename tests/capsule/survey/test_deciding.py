@@ -13,6 +13,14 @@ from capsule.survey.gut_evidence import GutEvidence
 from capsule.survey.suspects import AdaptiveThreshold, Suspects, decide
 from capsule.survey.way_back import WayBack
 
+TO_A_SUSPICION = ("placed", "suspected", "passed")
+THERE_AND_BACK = ("folded", "tick", "far_enough", "unfolded", "placed")
+STEPS = st.one_of(
+    st.sampled_from(cycles.EVENTS).map(lambda event: (event,)),
+    # Events in their usual order reach late states.
+    st.sampled_from([TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), 7 * ("tick",)]),
+)
+
 
 def test_what_passes_again_say():
     for outcome, *passes in (
@@ -102,15 +110,6 @@ def lead(*events):
         cycle, given = after(cycle, event)
         commands += given
     return cycle, commands
-
-
-TO_A_SUSPICION = ("placed", "suspected", "passed")
-THERE_AND_BACK = ("folded", "tick", "far_enough", "unfolded", "placed")
-STEPS = st.one_of(
-    st.sampled_from(cycles.EVENTS).map(lambda event: (event,)),
-    # Events in their usual order reach late states.
-    st.sampled_from([TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), 7 * ("tick",)]),
-)
 
 
 # Kills: tries of different places that add up to a capsule that cannot go back.

@@ -86,10 +86,9 @@ def at(from_s, until_s=np.inf):
 def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(when, change, found, told):
     pilot, bench, commands = lead(when, change)
     places = pilot.suspects.places
-    assert found == [
-        (place.status, place.may_be_off_mm, np.isnan(place.evidence).tolist()) for place in places
-    ]
-    assert all(abs(place.first_mm - AT_MM) < 8 for place in places)
+    for place, (status, may_be_off_mm, has_none) in zip(places, found, strict=True):
+        assert (place.status, place.may_be_off_mm) == (status, may_be_off_mm)
+        assert np.isnan(place.evidence).tolist() == has_none and abs(place.first_mm - AT_MM) < 8
     assert (FOLD in commands) == bool(places)
     assert [event.event for event in pilot.log if event.event in COSTLY] == told
     assert pilot.cycle.no_return == ("not_back" in told)
@@ -126,6 +125,5 @@ def test_a_capsule_that_was_not_felt_for_long_may_be_one_wavelength_off():
         for _ in range(25):
             sensing.take(bench.read(8))
             sensing.follow()
-        error_mm = sensing.position_mm - bench.head_mm[-1][-1]
-        assert error_mm == pytest.approx(is_off_mm, abs=5)
+        assert sensing.position_mm - bench.head_mm[-1][-1] == pytest.approx(is_off_mm, abs=5)
         assert sensing.may_be_off_mm == may_be_off_mm
