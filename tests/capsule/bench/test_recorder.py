@@ -187,11 +187,10 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
     bench.answers, bench.away_s = iter([{"uptime_ms": uptime_ms, "state": state}]), 1.0
     later = [(22 + n / 10, sample_frame(n, uptime_ms + 100 * n, n)) for n in range(1, 15)]
     bench.recorder.patience_s = 1000
+    silence = [(3.0 + n / 10, b"") for n in range(180)]
     # Now and then the line delays: the least delay tells the time.
     delayed = [(n / 10 + 0.06 * (n % 3 == 2), sample_frame(n)) for n in range(30)]
-    bench.run(
-        [*delayed, *((3.0 + n / 10, b"") for n in range(180)), (21.0, LineLostError()), *later]
-    )
+    bench.run([*delayed, *silence, (21.0, LineLostError()), *later])
     assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
     assert bench.numbers() == [*range(30), *range(1, 15)]
     # A board that has stopped by itself only has to be started.

@@ -26,8 +26,7 @@ WAVE_MM = 2.5 * np.arange(SPAN)
 
 def felt(head_mm, wave_mm, noise=0.0):
     """Return the readings of four sensors that a wave presses along half of its length."""
-    behind_mm = 6.3 * np.arange(4)[:, np.newaxis]
-    angle = 2 * np.pi * (head_mm - behind_mm - wave_mm) / 80
+    angle = 2 * np.pi * (head_mm - 6.3 * np.arange(4)[:, np.newaxis] - wave_mm) / 80
     gain, rest = np.array([[1.0], [0.7], [1.3], [0.9]]), np.array([[0.2], [1.0], [-3.0], [5.0]])
     return np.random.default_rng(1).normal(rest + gain * np.maximum(np.cos(angle + 0.4), 0), noise)
 
