@@ -293,8 +293,6 @@ OF_READINGS = {
     "scale of a structure": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
     "scale of a sheet of channels": (GAIN_SHEET, "'Gain: 10'"),
     "scale in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
-    "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
-    "scale of a converter": (attributed("V", "bit_volts", 0.01), "'bit_volts: 0.01'"),
 }
 RATED = {"V": COUNTS.T, "fs": 10.0}
 RATE_TDMS = tdms(SENSORS, about={"sampling_rate": 50.0}, **APART)

@@ -43,8 +43,8 @@ def rows(section, case):
 
 def table(section):
     """Return the rows of a section of kinds.txt, each with the text of its cells."""
-    lines = TEXTS[section].splitlines()
-    return [[cell.strip().replace("\\n", "\n") for cell in row.split("|")] for row in lines]
+    texts = TEXTS[section].splitlines()
+    return [[cell.strip().replace("\\n", "\n") for cell in row.split("|")] for row in texts]
 
 
 def good(text, values=COUNTS, options="", words="", **more):
