@@ -199,9 +199,7 @@ def test_matlab_reads_named_structures(files, exported, made):
         assert told["matrix"].tobytes() == made[2][name].tobytes()
     assert read["recordings"]["x3mm_r07"]["header"]["waveSpeed"] == "25"
     tables, units = read["tables"], read["units"]
-    check_tables(
-        exported.tables, lambda name, key: (np.atleast_1d(tables[name][key]), units[name][key])
-    )
+    check_tables(exported.tables, lambda at, key: (np.atleast_1d(tables[at][key]), units[at][key]))
     assert read["provenance"] == exported.provenance
 
 
@@ -281,8 +279,7 @@ def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
     assert exported.provenance.items() <= read.attrs.items()
 
     def variable(name, key):
-        group = read if name == "recordings" else read[name].to_dataset(inherit=False)
-        each = group[key]
+        each = (read if name == "recordings" else read[name].to_dataset(inherit=False))[key]
         assert each.attrs["long_name"] == describe(key)[1]
         return each.values, each.attrs.get("units", "")
 
