@@ -75,10 +75,8 @@ def test_every_part_is_one_valid_solid_and_the_assembly_four(made, shapes, liste
         # A volume that faces inwards would be negative.
         assert properties.Mass() == pytest.approx(part["volume_mm3"], rel=1e-3), name
         BRepBndLib.AddOptimal_s(shape, bounds, False, False)
-        corners = bounds.CornerMin(), bounds.CornerMax()
-        box = [[each.X(), each.Y(), each.Z()] for each in corners]
-        mesh = trimesh.load_mesh(made / f"{name}.stl")
-        np.testing.assert_allclose(box, mesh.bounds, atol=0.01)
+        box = [[each.X(), each.Y(), each.Z()] for each in (bounds.CornerMin(), bounds.CornerMax())]
+        np.testing.assert_allclose(box, trimesh.load_mesh(made / f"{name}.stl").bounds, atol=0.01)
 
 
 # An outline of short lines would have none. Bulbs; bearings and the ends of three slots; a disc

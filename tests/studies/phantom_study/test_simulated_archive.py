@@ -105,7 +105,9 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     run("judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)
     assert len(read_csv(table)) == 22
     monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
-    # How good the templates are does not matter here: a hundred fits take as long as all else.
+    # How many signals are shown, and how good the templates are, does not matter here.
+    monkeypatch.setattr(draw, "SHOWN_MM", (0, 5))
+    monkeypatch.setattr(draw, "read_paper_table", lambda: replace(PAPER, runs=2))
     settings, config = read_config_file(simulated_archive.DEFAULT_CONFIG), tmp_path / "config.yaml"
     settings["fit"] |= {"particles": 20, "iterations": 20}
     config.write_text(yaml.safe_dump(settings), encoding="utf-8")
