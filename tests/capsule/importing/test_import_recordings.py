@@ -57,6 +57,9 @@ def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
     told |= {"import_time": "s, a step of 0.1 s is 10 Hz"}
     assert told.items() <= header.items() and "import_resampled" not in header
     assert header["import_unit"].startswith("counts, whole numbers up to 540")
+    fast = write_table(tmp_path / "fast.csv", TIME_S / 4, *COUNTS)
+    header = import_files(tmp_path / "fast", fast).the_recording().header
+    assert header["import_resampled"].startswith("from 40 Hz to 10 Hz, finite impulse response")
 
 
 def test_what_is_in_the_archive_is_neither_written_again_nor_overwritten(tmp_path, good):
