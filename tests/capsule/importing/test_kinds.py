@@ -24,8 +24,7 @@ TEXTS = {title.partition(":")[0]: text for title, _, text in (s.partition("\n") 
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
 NOON = datetime(2024, 5, 6, 12)
 COUNTED, BY_RATE, RATED = "--unit counts", "--time none --rate 10", "--rate 10"
-POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit counts"
-POINT, BY_S = "--decimal point", "--time-unit s"
+BY_S = "--time-unit s"
 V, GAP, RISING = "--unit V", "--run-gap-s 5", "--sensors 1 2 3 4 --rate 10 --unit counts"
 PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
@@ -45,6 +44,11 @@ def table(section):
     """Return the rows of a section of kinds.txt, each with the text of its cells."""
     texts = TEXTS[section].splitlines()
     return [[cell.strip().replace("\\n", "\n") for cell in row.split("|")] for row in texts]
+
+
+def odd(call):
+    """Return the odd file of a call, which names it before options."""
+    return ODD / f"{call.split()[0]}.txt"
 
 
 def good(text, values=COUNTS, options="", words="", **more):
@@ -73,20 +77,10 @@ def ticks(name, per_second):
     return timed(name, np.rint(TIME_S * per_second))
 
 
-def grouped(scale, form, names="S1;S2;S3;S4", times="{:g}".format):
-    """Return the counts in groups of three digits, which a mark parts; and times in ms."""
-    rows = [[form(value) for value in scale * row] for row in COUNTS]
-    return lines([*map(times, 1000 * TIME_S)], *rows, head=f"ms;{names}", sign=";")
-
-
 def wrapped(bits, per_second, low=0, scale=1):
     """Return times of a counter of some bits that begins again at the 201st sample."""
     ticks = np.rint(TIME_S * per_second).astype(int) - round(20 * per_second) + 2**bits + low
     return ((ticks - low) % 2**bits + low) / scale
-
-
-def german(value):
-    return f"{value:,.0f}".replace(",", ".")
 
 
 EIGHT = np.loadtxt(ODD / "comma.txt", delimiter=",", skiprows=1).T[1:]
@@ -103,6 +97,7 @@ VALUES = {
     "eight by 5 mV": EIGHT * 5 / 1000,
     "eight in kohm": np.round(12 * EIGHT / (1024 - EIGHT), 4),
     "eight in ohm": np.round(12_000 * EIGHT / (1024 - EIGHT), 1),
+    **{f"{factor} times counts": factor * COUNTS for factor in (2, 4, 20)},
     "volts": VOLTS,
     "volts later": [row[:523] if n == 1 else row[2:] for n, row in enumerate(VOLTS)],
     **{
@@ -110,10 +105,11 @@ VALUES = {
         for lost in (0, [0, 7], 2, [3, 5], 5)
     },
 }
-ODD_READ = {name: rest for name, *rest in table("odd files read")}
+ODD_READ = {call: rest for call, *rest in table("odd files read")}
 ODD_REFUSED = dict(table("odd files refused"))
-PLAIN_FILES = {path.stem for path in ODD.iterdir()} - {call.split()[0] for call in ODD_REFUSED}
-ODD_READ |= dict.fromkeys(PLAIN_FILES - {"labchart_blocks", *ODD_READ}, ("", "eight", "", ""))
+NAMED = {"labchart_blocks", *(call.split()[0] for call in [*ODD_READ, *ODD_REFUSED])}
+PLAIN_FILES = {path.stem for path in ODD.iterdir()} - NAMED
+ODD_READ |= dict.fromkeys(PLAIN_FILES, ("", "eight", "", ""))
 MILLI = COUNTS / 1000
 # Counters of so many bits in a unit of time, from the lowest value on; the last one of us in s.
 COUNTERS = [("us", 32, 1e6), ("us", 32, 1e6, -(2**31)), ("ms", 31, 1e3), ("ms", 16, 1e3)]
@@ -148,8 +144,8 @@ READ = {
     "a header line twice": good(above("# session: m\n# session: m"), header={"session": "m"}),
     "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, "over: 9 is far from"),
     **{
-        name: good(ODD / f"{name}.txt", VALUES[values], options, note)
-        for name, (options, values, _, note) in ODD_READ.items()
+        call: good(odd(call), VALUES[values], options, note)
+        for call, (options, values, _, note) in ODD_READ.items()
     },
 }
 
@@ -169,8 +165,6 @@ def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, k
 
 
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
-ALL_POINTS = grouped(4, german, times=german)
-BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
 PIECES = np.s_[:300], np.s_[300:]
 NAMED_AGAIN = "".join(lines(*COUNTS[:, at], head="S1,S2,S3,S4") for at in PIECES)
 RESET = "".join(timed("time_s", TIME_S[at] - TIME_S[at][0], COUNTS[:, at]) for at in PIECES)
@@ -192,7 +186,6 @@ def unit_in_names(names, unit):
     return Case(named(names, sign=";"), f"names {unit} of {names.format(1)!r} and all", COUNTED)
 
 
-GERMAN_NAMED = grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)")
 TWICE, ONCE = "# {0}: 1\n# bench: 2\n# bench: 3\n# {0}: 4", (*DECISIVE, "session")
 ASKED = {
     **rows("units above", lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
@@ -205,26 +198,19 @@ ASKED = {
         for hz in (50, 100, 1024, 1e4, 32_768, 1e5, 1e7)
     },
     **rows("other rates", lambda line, told: Case(above(line), f"file states {told}; g", BY_S)),
-    "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
-    "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
-    "numbers with points": Case(BY_20, "9.38 (--decimal point) or 9380", POINTS, "", 20 * COUNTS),
-    "jumping decimals": Case(BY_2, "1.002 (--decimal point) or 1002", POINTS, COUNTED, 2 * COUNTS),
-    "jumps with a point": Case(BY_2, "can be mV (--unit mV) or", POINTS, POINT, 2 * COUNTS),
-    "and counts": Case(BY_2, "beside 938 is no count", POINTS, f"{POINT} {COUNTED}", 2 * COUNTS),
-    "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
     "blocks of LabChart": Case(ODD / "labchart_blocks.txt", f"give {GAP}", GAP, values=None),
     "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
     **{
-        name: Case(ODD / f"{name}.txt", words, remedy, values=VALUES[values])
-        for name, (remedy, values, words, _) in ODD_READ.items()
+        call: Case(odd(call), words, remedy, call.partition(" ")[2], VALUES[values])
+        for call, (remedy, values, words, _) in ODD_READ.items()
         if words
     },
     **{
-        call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
-        for call, words in ODD_REFUSED.items()
+        call: Case(odd(call), told, "", call.partition(" ")[2])
+        for call, told in ODD_REFUSED.items()
     },
     # Whatever the reader of recordings takes one value of, the import does.
     **{key: Case(above(TWICE.format(key)), f"1 and 4 name two values of {key}") for key in ONCE},
