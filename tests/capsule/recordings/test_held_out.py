@@ -1,5 +1,7 @@
 """Held-out sessions judge only; sources, places, and one checksum of all recordings."""
 
+from unittest import mock
+
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
@@ -55,6 +57,14 @@ def test_the_first_lines_of_a_file_tell_its_session(tmp_path):
     ):
         (tmp_path / "r01.csv").write_bytes(content.encode())
         assert held.session_of(tmp_path / "r01.csv") == session, content[:40]
+
+
+def test_of_a_file_without_lines_little_is_read(tmp_path):
+    """Such a file can be larger than the memory, and every start of the workflow meets it."""
+    (path := tmp_path / "r01.csv").write_bytes(bytes(10**6))
+    with mock.patch.object(files, "read_beginning", wraps=files.read_beginning) as reading:
+        assert held.session_of(path) == ""
+    assert max(call.args[1] for call in reading.call_args_list) < 200_000
 
 
 def test_the_recordings_of_nodules_that_teach_are_fitted(tmp_path):

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from capsule.errors import CapsuleError, RecordingError
 from capsule.recordings.names import as_cell, size_mm
-from capsule.recordings.recording import one_line_end, split_header
+from capsule.recordings.recording import LONGEST_LINE, one_line_end, split_header
 from capsule.store import files
 
 Row = TypeVar("Row", bound=Mapping[str, object])
@@ -111,8 +111,8 @@ def session_of(path: Path) -> str:
             content = files.read_beginning(path, size)
             # The end may cut a letter in two, or a line.
             lines = one_line_end(content.decode("utf-8-sig", errors="replace")).split("\n")
-            if len(content) == size:
-                lines.pop()
+            if len(content) == size and len(lines.pop()) > LONGEST_LINE:
+                return ""  # the recording will be rejected, so the rest of the file is not read
             header, index = split_header(lines)
             if index < len(lines) or len(content) < size:
                 return as_cell(header.get("session", ""))

@@ -27,7 +27,7 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LARGEST_NUMBER = 1e20
 # No recording comes near these limits. A file beyond them is something else: it is rejected at
 # once, because reading it in full could take minutes.
-_LONGEST_LINE = 10_000
+LONGEST_LINE = 10_000
 _MOST_LINES = 200_000
 # No recording comes near this limit. A file beyond it is something else.
 _LONGEST_HEADER = 1000
@@ -178,10 +178,10 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     if complete:
         lines.pop()
     longest = max(range(len(lines)), key=lambda index: len(lines[index]))
-    if len(lines[longest]) > _LONGEST_LINE:
+    if len(lines[longest]) > LONGEST_LINE:
         raise RecordingError(
             f"line {longest + 1} has {len(lines[longest])} characters; a line of a recording "
-            f"has at most {_LONGEST_LINE}"
+            f"has at most {LONGEST_LINE}"
         )
     header, first_row = split_header(lines)
     if first_row == len(lines):
