@@ -1,6 +1,8 @@
 """The blocks of code in the documents run, and the commands in them exist."""
 
+import contextlib
 import importlib
+import io
 import itertools
 import os
 import re
@@ -15,7 +17,7 @@ import numpy as np
 import pytest
 from nbclient import NotebookClient
 
-from capsule.commands.cli import COMMANDS
+from capsule.commands.cli import COMMANDS, main
 from support.command import parsers
 from support.documents import all_blocks, blocks, documents, text_of
 from support.importing import assert_readings, import_files
@@ -35,8 +37,8 @@ SECTIONS = dict(re.findall(r"(?ms)^## capsule (\w+)\n(.*?)(?=^## |\Z)", PAGE_TEX
 NOT_RUN = ("source ", "capsule demo", "capsule forget")
 PROGRAMS = {"make", "pip", "snakemake", "sbatch", "capsule", "conda", "py", "source", "python"}
 PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
-# Of the report, what the lines after it read; its pictures and its page take most of the time.
-REPORT = "snakemake -c2 results/recordings.csv results/detections.csv"
+# Of the report, what the lines after it read, in few jobs.
+REPORT = "snakemake -c2 --config recordings_per_job=20 -- results/{recordings,detections}.csv"
 ENVIRONMENT = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 # What begins another command, and what stands for a name of the reader's own.
 AFTER = {"|", ";", "&&", ">", "2>&1"}
@@ -128,14 +130,35 @@ def run_lines(folder, lines):
         script = f"cd {shlex.quote(str(folder))}\n{command}\npwd > {folder.parent}/here"
         call = ["bash", "-e", "-c", f"exec 2>&1\n{script}"]
         done = subprocess.run(call, check=False, env=ENVIRONMENT, capture_output=True, text=True)
-        refused = re.search("^refused: ", shown, re.MULTILINE) is not None
-        assert done.returncode == refused, f"{line}\n{done.stdout}"
-        printed = "\n".join(each.rstrip() for each in done.stdout.splitlines())
-        # A line of dots stands for any others, and so does nothing at all.
-        expected = ".*".join(map(re.escape, (shown or "...").split("...")))
-        assert re.fullmatch(expected, printed, re.DOTALL), f"{line}\n{printed}"
+        assert_shown(line, shown, done.returncode, done.stdout)
         folder = Path((folder.parent / "here").read_text().strip()) if "cd " in line else folder
     return folder
+
+
+def assert_shown(line, shown, status, output):
+    """Check the exit status of a line, and that it prints what the document shows."""
+    refused = re.search("^refused: ", shown, re.MULTILINE) is not None
+    assert status == refused, f"{line}\n{output}"
+    printed = "\n".join(each.rstrip() for each in output.splitlines())
+    # A line of dots stands for any others, and so does nothing at all.
+    expected = ".*".join(map(re.escape, (shown or "...").split("...")))
+    assert re.fullmatch(expected, printed, re.DOTALL), f"{line}\n{printed}"
+
+
+def run_here(line, shown):
+    """Run a line of `capsule`, and `head` or `tail` behind it, in this process and folder."""
+    (_, *words), *cut = (shlex.split(part) for part in line.split(" | "))
+    printed, status = io.TextIOWrapper(io.BytesIO(), encoding="utf-8"), 0
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        try:
+            main(words)
+        except SystemExit as ended:
+            status = ended.code
+    printed.seek(0)
+    lines = printed.read().splitlines()
+    for program, count in cut:
+        lines = lines[: -int(count)] if program == "head" else lines[int(count) :]
+    assert_shown(line, shown, status, "\n".join(lines))
 
 
 @pytest.mark.slow
@@ -150,16 +173,21 @@ def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.takes(12)
-def test_the_page_on_the_import_shows_what_the_command_prints(tmp_path):
+@pytest.mark.takes
+def test_the_page_on_the_import_shows_what_the_command_prints(tmp_path, monkeypatch):
     lines = list(lines_to_type("docs/import.md"))
     for ending in ("csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"):
         assert any(f".{ending} " in command for command, _ in lines)
     examples = tmp_path / "examples"
     shutil.copytree(ROOT / "config", examples / "config")
     write_examples(examples)
-    for number, line in enumerate(lines):
-        run_lines(shutil.copytree(examples, tmp_path / str(number)), [line])
+    for number, (line, shown) in enumerate(lines):
+        folder = shutil.copytree(examples, tmp_path / str(number))
+        if line.startswith("capsule "):
+            monkeypatch.chdir(folder)
+            run_here(line, shown)
+        else:
+            run_lines(folder, [(line, shown)])
 
 
 def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_imported(tmp_path):

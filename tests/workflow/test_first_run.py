@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import sys
 import zipfile
 from pathlib import Path
@@ -228,6 +229,7 @@ def test_an_archive_without_a_healthy_recording_has_its_report(new):
     """One nodule gives verdicts and a page, and the page claims no rate that needs others."""
     for name in set(recordings_of(new)) - {"1mm/r01", "unlabelled/patient"}:
         (new.raw / f"{name}.csv").unlink()
+    shutil.rmtree(new.folder / "sessions")
     run = new.snakemake()
     assert run.status == 0, run.output
     said = new.table("detections.csv")

@@ -24,7 +24,9 @@ WITHOUT_ACCOUNTING = [
     "--max-status-checks-per-second=10",
     "--latency-wait=5",
 ]
+# All steps but those that draw.
 THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
+THROUGH_SLURM += ["--", "results/recordings.csv", "results/detections.csv"]
 
 
 def _find(name):

@@ -20,6 +20,7 @@ def project(tmp_path_factory):
 
 def run_project(folder):
     project = Project.create(folder, RECORDINGS, particles=20, iterations=20)
+    project.configure(recordings_per_job=20)
     # Three sessions, neither of which has recordings of one size alone.
     for path in project.raw.glob("[16]mm/*.csv"):
         path.write_bytes(f"# session: {path.stem}\n".encode() + path.read_bytes())
