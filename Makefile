@@ -53,8 +53,9 @@ environment: $(BIN)/capsule  ## set up the environment in .venv
 formats: $(ENVIRONMENT)/formats-ready  ## add Excel, HDF5, NWB, TDMS, XDF, ROS, Parquet, NetCDF, Jupyter
 
 # Python compiles a module when it is first imported, and keeps the result. To compile all modules
-# takes as long as to install them. If Python may keep nothing, pip compiles them.
-INSTALL := pip install --quiet $(if $(PYTHONDONTWRITEBYTECODE),,--no-compile) --require-hashes
+# takes as long as to install them. If Python may keep nothing, pip compiles them. The locks name every
+# package, so pip need not look for what each one asks for.
+INSTALL := pip install --quiet $(if $(PYTHONDONTWRITEBYTECODE),,--no-compile) --no-deps --require-hashes
 
 # The locks pin every package with its hash. If one changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
