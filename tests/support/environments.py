@@ -21,5 +21,5 @@ def environment_with(folder, *what):
     (packages / "0-others.pth").write_text(sysconfig.get_path("purelib"))
     python = folder / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "-q", *what], check=True, capture_output=True)
+    subprocess.run([*pip, "install", "-q", "--no-compile", *what], check=True, capture_output=True)
     return python

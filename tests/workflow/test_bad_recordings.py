@@ -7,6 +7,7 @@ stands one file of each kind, which all lie in one archive.
 import csv
 import os
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -89,6 +90,7 @@ def mixed(finished, tmp_path_factory):
     # The folder of the project has a strange name, too.
     folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
     project = finished.copy(folder, results=False)
+    shutil.rmtree(project.folder / "sessions")
     project.configure(recordings_per_job=20)
     for name, (made, _) in (UNUSABLE | PASSED_OVER).items():
         path = project.raw / name
