@@ -108,7 +108,7 @@ VALUES = {
 ODD_READ = {call: rest for call, *rest in table("odd files read")}
 ODD_REFUSED = dict(table("odd files refused"))
 NAMED = {"labchart_blocks", *(call.split()[0] for call in [*ODD_READ, *ODD_REFUSED])}
-PLAIN_FILES = {path.stem for path in ODD.iterdir()} - NAMED
+PLAIN_FILES = sorted({path.stem for path in ODD.iterdir()} - NAMED)
 ODD_READ |= dict.fromkeys(PLAIN_FILES, ("", "eight", "", ""))
 MILLI = COUNTS / 1000
 # Counters of so many bits in a unit of time, from the lowest value on; the last one of us in s.
