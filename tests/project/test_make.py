@@ -26,7 +26,7 @@ def checkout(tmp_path):
     folder = tmp_path / "checkout"
     (folder / ".venv" / "bin").mkdir(parents=True)
     shutil.copy2(ROOT / "Makefile", folder)
-    for name in ("requirements.lock", "pyproject.toml", ".venv/ready"):
+    for name in ("requirements-pip.lock", "requirements.lock", "pyproject.toml", ".venv/ready"):
         (folder / name).touch()
     write_program(folder / ".venv/bin/snakemake", 'echo "cache: $XDG_CACHE_HOME"')
     write_program(folder / ".venv/bin/python", 'echo "python $*"')

@@ -42,6 +42,7 @@ def wanted(*extras):
 
 RUNNING = ("workflow", "formats", "learn", "notebook")
 WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted(*RUNNING), wanted("dev")), strict=True))
+WANTED["requirements-pip.lock"] = [Requirement("pip")]
 
 
 def named(requirements, *left_out):
@@ -57,7 +58,7 @@ def locked_versions(lock):
     return versions
 
 
-@pytest.mark.parametrize("lock", LOCKS)
+@pytest.mark.parametrize("lock", WANTED)
 def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock):
     pinned = locked_versions(lock)
     for requirement in WANTED[lock]:

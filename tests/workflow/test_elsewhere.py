@@ -35,8 +35,9 @@ def test_the_environment_works_in_a_path_with_spaces_and_of_more_than_250_charac
     parent = tmp_path / "a folder (of ours)" / ("long " * 25).strip() / ("longer " * 18).strip()
     project = Project.create(parent / "the project", RECORDINGS, samples=525, **FIT)
     assert len(str(project.folder)) > 250
-    for name in ("Makefile", "pyproject.toml", "README.md", "requirements.lock"):
-        shutil.copy2(ROOT / name, project.folder)
+    for name in ("Makefile", "pyproject.toml", "README.md", "requirements*.lock"):
+        for path in ROOT.glob(name):
+            shutil.copy2(path, project.folder)
     pinned = [f"{name}=={importlib.metadata.version(name)}" for name in ("snakemake", "pip")]
     environment_with(project.folder / ".venv", *pinned, "--ignore-installed", "--no-deps")
     (project.folder / ".venv/ready").touch()

@@ -13,6 +13,7 @@ from matplotlib.image import imread
 
 from capsule.recordings.names import without_formula
 from capsule.recordings.recording import read_recording
+from capsule.store.results import Results
 from capsule.survey.cycle import STATES
 from support.browser import DESKTOP, EVIL, PAPER, PHONE, RECORDINGS, needed
 from support.surveys import head_mm
@@ -242,8 +243,8 @@ def test_the_drawn_signals_are_those_of_the_files(browser, page, project):
         with (project.raw / f"{name}.csv").open("rb") as stream:
             recording = read_recording(stream, 4)
         assert np.array_equal(np.array(shown["readings"]), recording.values)
-        matrix = np.load(project.results / "matrices" / f"{name}.npy")
-        expected = matrix[:, : recording.time_s.size : shown["every"]]
+        results = Results.of_table(project.results, project.results / "recordings.csv")
+        expected = results.matrix(name)[:, : recording.time_s.size : shown["every"]]
         assert np.allclose(shown["matrix"], expected, atol=0.02)
 
 
