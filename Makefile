@@ -79,9 +79,9 @@ $(ENVIRONMENT)/formats-ready: $(BIN)/capsule requirements-formats.lock
 	@touch $@
 
 # The tests and the manual need further packages. All are compiled here, on all cores: in the tests,
-# where a warning is an error, a package whose code warns could not be compiled. The packages' own tests,
-# and files that are no Python of this version, stay as they are.
+# where a warning is an error, a package whose code warns could not be compiled. What no test imports,
+# such as the packages' own tests, and files that are no Python of this version stay as they are.
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
 	$(BIN)/python -m $(INSTALL) --requirement requirements-test.lock
-	-@$(BIN)/python -m compileall -qq -j $(CORES) -x '/tests?/' $(ENVIRONMENT)/lib
+	-@$(BIN)/python -m compileall -qq -j $(CORES) -x '/(tests?|pip|mypyc?|debugpy|devtools)/' $(ENVIRONMENT)/lib
 	@touch $@
