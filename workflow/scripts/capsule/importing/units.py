@@ -4,7 +4,7 @@ import re
 
 # The words for each unit of readings, and of the time.
 _WORDS = {
-    "counts": "counts count adc raw lsb digits digit a.u. au adu codes",
+    "counts": "counts count adc raw lsb digits digit adu codes",
     "V": "v volt volts vdc",
     "mV": "mv mvdc mvolt mvolts millivolt millivolts milli-volt milli-volts",
     "ohm": "ohm ohms ω r",
