@@ -26,8 +26,7 @@ def test_the_manual_is_built_of_what_the_code_says_and_loads_nothing_from_elsewh
     pytest.importorskip("sphinx", reason="Sphinx is not installed")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", tmp_path / "trees"]
     output_of(*command, ROOT / "docs", tmp_path / "site")
-    pages = [*(tmp_path / "site").rglob("*.html")]
-    text = {path.stem: path.read_text(encoding="utf-8") for path in pages}
+    text = {path.stem: path.read_text("utf-8") for path in (tmp_path / "site").rglob("*.html")}
     loads = re.compile(r"<(?:link|script|img)\b[^>]*\b(?:href|src)=\"([^\"]+)\"")
     loaded = [target for page in text.values() for target in loads.findall(page)]
     assert len(loaded) > len(text)

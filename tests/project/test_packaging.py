@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -136,18 +135,13 @@ def test_without_its_project_the_library_says_what_to_do(monkeypatch, tmp_path):
         capsule.load(ROOT / "raw")
 
 
-@cache
-def with_index():
-    """Return variables by which uv takes packages from the index that pip has."""
+def install(folder, *what):
+    """Have uv install wheels into a folder, from pip's index; pip takes more processor time."""
     pip = [sys.executable, "-m", "pip", "config", "get", "global.index-url"]
     index = subprocess.run(pip, capture_output=True, text=True, check=False).stdout.strip()
-    return os.environ | ({"UV_DEFAULT_INDEX": index} if index else {})
-
-
-def install(folder, *what):
-    """Have uv install wheels into a folder, which takes less processor time than pip."""
+    environment = os.environ | ({"UV_DEFAULT_INDEX": index} if index else {})
     uv = Path(sys.executable).with_name("uv"), "pip", "install", "--only-binary", ":all:"
-    output_of(*uv, "--target", folder, *what, env=with_index())
+    output_of(*uv, "--target", folder, *what, env=environment)
 
 
 PLATFORMS = {11: "x86_64-unknown-linux-gnu", 12: "aarch64-apple-darwin"}
