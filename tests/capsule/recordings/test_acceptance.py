@@ -243,6 +243,7 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
         # A pause of three quarters of an interval opens a column.
         *((EVEN + 0.1 * pause * (np.arange(SAMPLES) >= at), without(), {})
           for pause, at in ((0.5, 200), (0.7, 500))),
+        (EVEN + 0.07 * (np.arange(SAMPLES) >= 500), without([100]), {}),
         *((EVEN - 0.02 * (np.arange(SAMPLES) > at), without([at]), {}) for at in (200, 500)),
         # The matrix is filled to its last column.
         (EVEN, without(range(100, 110)), {"length": SAMPLES}),
