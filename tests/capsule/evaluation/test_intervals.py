@@ -177,16 +177,18 @@ def test_the_effective_count_is_that_of_rao_and_scott_and_never_above_n(found):
 
 
 def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
-    # Kills: either rank off by one.
-    values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
-    clusters = places_of(10, 4)
-    median, low, high = intervals.median_interval(values, clusters, 0.95)
-    effective = effective_count(values < median, clusters, 0.95)
-    _, least, most = rate(20, 40, 0.95, effective=effective)
-    ordered = sorted(values)
-    # The last value of a rank up to the lower end, and the one after the first beyond the upper.
-    assert low == ordered[math.floor(40 * least) - 1]
-    assert high == ordered[math.ceil(40 * most)]
+    # Kills: either rank off by one; for an odd number of values, the median among those below it.
+    for places, passes in ((11, 3), (10, 4)):
+        noise = generator(3, "clustered").normal(size=places * passes)
+        values = noise + np.repeat(np.arange(float(places)), passes)
+        clusters, count = places_of(places, passes), places * passes
+        median, low, high = intervals.median_interval(values, clusters, 0.95)
+        effective = effective_count(values < median, clusters, 0.95)
+        _, least, most = rate(count / 2, count, 0.95, effective=effective)
+        ordered = sorted(values)
+        # The last value of a rank up to the lower end, the one after the first beyond the upper.
+        assert low == ordered[math.floor(count * least) - 1]
+        assert high == ordered[math.ceil(count * most)]
     # Between all values of 5 places, the median lies with a probability of 15 / 16: below 95 %.
     # Kills: the last value for both ends, where two places have no effective number.
     for places, level in ((2, 0.5), (3, 0.95), (5, 0.95), (6, 0.95)):
