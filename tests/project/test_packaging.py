@@ -42,6 +42,7 @@ def wanted(*extras):
 RUNNING = ("workflow", "formats", "learn", "notebook")
 WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted(*RUNNING), wanted("dev")), strict=True))
 WANTED["requirements-pip.lock"] = [Requirement("pip")]
+WANTED["requirements-slurm.lock"] = list(map(Requirement, EXTRAS["slurm"]))
 
 
 def named(requirements, *left_out):

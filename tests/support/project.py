@@ -86,10 +86,10 @@ class Project:
         done = subprocess.run(**called, capture_output=True, check=False)
         return Run(done.returncode, done.stdout + done.stderr)
 
-    def start(self, *arguments, cores=1):
+    def start(self, *arguments, cores=1, environment=()):
         """Start snakemake in a process group of its own; its output also contains the errors."""
-        to = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-        return subprocess.Popen(**self._call(arguments, cores), start_new_session=True, **to)
+        to = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "start_new_session": True}
+        return subprocess.Popen(**self._call(arguments, cores, environment), **to)
 
     def _call(self, arguments, cores, environment=()):
         environment = os.environ | STRICT | (MEASURED if self.measured else {}) | dict(environment)

@@ -6,12 +6,15 @@ import secrets
 import shutil
 import socket
 import subprocess
+import sys
 import time
 
 import pytest
 
 from capsule.store.results import BATCH_COLUMNS
+from support.command import output_of
 from support.marks import needs
+from support.project import ROOT
 
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun"]
 PROGRAMS += ["sinfo", "squeue", "scontrol", "scancel", "sdiag"]
@@ -38,6 +41,7 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.workflow,
     pytest.mark.waits,
+    pytest.mark.packages,
     pytest.mark.takes(30),
     needs(f"not installed (slurm-wlm, munge): {', '.join(MISSING)}" if MISSING else ""),
     needs("slurmd must run as root" if os.geteuid() != 0 else ""),
@@ -135,7 +139,6 @@ PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 @pytest.fixture
 def cluster(tmp_path, monkeypatch):
     """Return a cluster, which the calls of this test find."""
-    pytest.importorskip("snakemake_executor_plugin_slurm")
     cluster = SingleNodeSlurm(tmp_path / "slurm")
     for name, value in cluster.environment.items():
         monkeypatch.setenv(name, value)
@@ -143,23 +146,32 @@ def cluster(tmp_path, monkeypatch):
     cluster.end()
 
 
+@pytest.fixture
+def plugin(tmp_path):
+    """Install Snakemake's plugin, which all other starts of Snakemake would import as well."""
+    lock = "--no-deps", "--require-hashes", "--requirement", ROOT / "requirements-slurm.lock"
+    pip = sys.executable, "-m", "pip", "install", "-q", "--target", tmp_path / "plugin"
+    output_of(*pip, *lock)
+    return {"environment": {"PYTHONPATH": str(tmp_path / "plugin")}}
+
+
 def test_slurm_gives_the_same_results_in_few_jobs_after_those_of_a_killed_run_have_ended(
-    cluster, new, finished
+    cluster, plugin, new, finished
 ):
     node = f"NodeName={cluster.node}"
     # All jobs wait until the node takes jobs again.
     cluster.ask("scontrol", "update", node, "State=DRAIN", "Reason=test")
-    with new.start(*THROUGH_SLURM) as killed:
+    with new.start(*THROUGH_SLURM, **plugin) as killed:
         jobs = cluster.wait_for(lambda: (found := cluster.jobs())[3:] and found, "four jobs")
         killed.kill()
-    refused = new.snakemake(*THROUGH_SLURM)
+    refused = new.snakemake(*THROUGH_SLURM, **plugin)
     assert refused.status != 0
     assert f"still use this folder ({', '.join(jobs)})" in refused.output
     remedy = re.search(r"scancel [\d ]*\d", refused.output)
     cluster.ask(*remedy[0].split())
     cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
     cluster.ask("scontrol", "update", node, "State=RESUME")
-    run = new.snakemake(*THROUGH_SLURM)
+    run = new.snakemake(*THROUGH_SLURM, **plugin)
     assert run.status == 0, run.output
     for name in ("templates.npz", "templates.json"):
         assert (new.results / name).read_bytes() == (finished.results / name).read_bytes()
