@@ -14,6 +14,7 @@ import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
 import capsule
 from capsule.engine import project
@@ -67,11 +68,13 @@ def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock
     text = text_of(lock)
     assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
     assert all("--hash=sha256:" in entry for entry in re.split(r"\n(?=[a-z0-9])", text))
-    # It names the extras that its packages ask for in one another. Without them, pip 23 takes a
-    # newer release than the pinned one, and stops at it.
+    known = {canonicalize_name(name) for each in (lock, LOCKS[0]) for name in locked_versions(each)}
+    # It names what its packages need, since pip does not ask, and the extras that they ask for in
+    # one another. Without these, pip 23 takes a newer release than the pinned one, and stops at it.
     for name in pinned.keys() & INSTALLED.keys():
         for requirement in map(Requirement, INSTALLED[name].requires or []):
             if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+                assert canonicalize_name(requirement.name) in known, (name, requirement)
                 for extra in requirement.extras:
                     asked = rf"^{re.escape(f'{requirement.name.lower()}[{extra}]')}=="
                     assert re.search(asked, text, re.M), (name, requirement)
