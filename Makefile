@@ -79,9 +79,9 @@ $(ENVIRONMENT)/formats-ready: $(BIN)/capsule requirements-formats.lock
 	@touch $@
 
 # The tests and the manual need further packages. All are compiled here, on all cores: in the tests,
-# where a warning is an error, a package whose code warns could not be compiled. What no test imports,
-# such as the packages' own tests, and files that are no Python of this version stay as they are. pip uses
-# one core, so what is there already is compiled meanwhile.
+# where a warning is an error, a package whose code warns could not be compiled. What they do not import
+# themselves, and files that are no Python of this version, stay as they are. pip uses one core, so what
+# is there already is compiled meanwhile.
 COMPILE := $(BIN)/python -m compileall -qq -x '/(tests?|pip|mypyc?|debugpy|devtools)/' $(ENVIRONMENT)/lib
 
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock

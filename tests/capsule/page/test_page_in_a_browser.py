@@ -241,12 +241,12 @@ def test_the_drawn_signals_are_those_of_the_files(browser, page, project):
         readings: unpack(e.readings), matrix: matrixOf(e), every: e.envelope.every,
       }))
     """
+    results = Results.of_table(project.results, project.results / "recordings.csv")
     for name in ("0mm/r02", "6mm/r03"):
         shown = browser.run(script, name)
         with (project.raw / f"{name}.csv").open("rb") as stream:
             recording = read_recording(stream, 4)
         assert np.array_equal(np.array(shown["readings"]), recording.values)
-        results = Results.of_table(project.results, project.results / "recordings.csv")
         expected = results.matrix(name)[:, : recording.time_s.size : shown["every"]]
         assert np.allclose(shown["matrix"], expected, atol=0.02)
 
