@@ -96,10 +96,7 @@ def test_the_first_screen_holds_the_verdict_and_its_drawing(browser, page):
 
 
 def test_every_switch_in_every_state_changes_what_it_stands_above(browser, page, project):
-    # The widest and the narrowest screen with each detector, those between with one each.
-    screens = *product((DESKTOP, PHONE), DETECTORS), (768, "taught"), (400, "diagonal")
-    for width, detector in screens:
-        charts = DETECTORS[detector]
+    for width, (detector, charts) in product((DESKTOP, 768, 400, PHONE), DETECTORS.items()):
         browser.open(page, f"#recording=6mm/r01&detector={detector}", width=width)
         row = predictions(project, detector)["6mm/r01"]
         assert f" by {detector} (" in browser.find("#viewer-title").text
